@@ -1864,9 +1864,10 @@ typedef union springls__arguments {
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
-    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                            \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)                      \
+    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
@@ -4561,11 +4562,11 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
-    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer label_rank, label_voxel, label_node, label_id_memory;   /* of voxels (label_components.h)                  */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
-    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
-    bool components_known;  /* they have been found since the model was set                                      */
+    bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
@@ -9389,7 +9390,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = 0;
-    ctx->components_known = ctx->volumes_locked = false;
+    ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11731,25 +11732,36 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
    triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
    device has: it always runs on the host. */
 
+/* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
+typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
+
 /* A component of phi as it is now. */
 typedef struct springls__component_now {
-    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
-    double world_area;
+    springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
-    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
 } springls__component_now;
 
-/* The components of phi as it is now, and the label of every voxel. */
+/* What one component has in one brick, as a node of the forest. */
+typedef struct springls__node_sums {
+    springls__surface_sums surface;
+    int32_t deepest; /* voxel of active bricks furthest from the surface; -1: in a constant brick */
+    float depth;
+    bool outside;
+} springls__node_sums;
+
+/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+   then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
     springls__component_now *item;
     int count;
-    const int32_t *rank;    /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
-    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
-    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
-    int32_t voxels;         /* nodes that are voxels                                                            */
+    const int32_t *rank;     /* slot -> place in `active`                                                       */
+    const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
+    int32_t *node;           /* parent of a node; when all are joined, its component, -1: the exterior          */
+    springls__node_sums *sums; /* one a node, while they are joined                                             */
+    int32_t first_brick;     /* node of the first brick                                                         */
     double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
 } springls__labels;
 
@@ -11757,25 +11769,30 @@ typedef struct springls__labels {
 SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
-    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__brick_at(g, x, y, z);
+    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
 }
 
-/* Finds the voxel of a node that is one. */
-SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
+/* Returns the node of the exterior. */
+SPRINGLS__FN int32_t springls__exterior_node(const springls__grid *g, const springls__labels *l)
 {
-    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
-    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    return l->first_brick + (int32_t)springls__brick_count(g);
+}
+
+/* Finds the coordinates of voxel i of active bricks. */
+SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, int32_t voxel[3])
+{
+    int v = i % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
     voxel[0] = origin[0] + (v & 7);
     voxel[1] = origin[1] + (v >> 3 & 7);
     voxel[2] = origin[2] + (v >> 6);
 }
 
-/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
-SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+/* Returns the component of a voxel of the domain; -1: the exterior. */
+SPRINGLS__FN int32_t springls__component_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
-    if (node >= l->voxels) node = springls__find_root(l->parent, node);
-    return node < l->voxels ? l->label[node] : -1;
+    return l->node[springls__label_node(g, l, x, y, z)];
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -11787,20 +11804,121 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* ---- connection ---- */
+/* ---- connection within a brick ---- */
 
-/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
-SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
+/* Voxels of a brick, a bit each: a word a layer of z, a byte of it a row of y. */
+typedef struct springls__voxel_bits { uint64_t layer[SPRINGLS__BRICK]; } springls__voxel_bits;
+
+/* Finds the voxels of the domain in the brick at `origin`, and those of them that are inside. */
+SPRINGLS__FN void springls__find_inside_bits(const springls__grid *g, int slot, springls__voxel_bits *domain,
+                                             springls__voxel_bits *inside)
 {
-    int x;
-    bool joined = false; /* with the voxels before */
-    for (x = 0; x < length; x++) {
-        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
-        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
-        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
-        joined = agrees;
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int origin[3], v, z;
+    springls__slot_origin(g, slot, origin);
+    for (z = 0; z < SPRINGLS__BRICK; z++) {
+        uint64_t in = 0, valid = 0;
+        for (v = 0; v < 64; v++) {
+            in |= (uint64_t)(phi[64 * z + v] < 0.0f) << v;
+            valid |= (uint64_t)(origin[0] + (v & 7) < g->size[0] && origin[1] + (v >> 3) < g->size[1]) << v;
+        }
+        domain->layer[z] = origin[2] + z < g->size[2] ? valid : 0;
+        inside->layer[z] = in & domain->layer[z];
     }
 }
+
+/* Grows a set of voxels of a layer by one through faces. */
+SPRINGLS__FN uint64_t springls__grow_layer(uint64_t bits)
+{
+    const uint64_t low = 0x0101010101010101u, high = 0x8080808080808080u;
+    return bits | (bits & ~high) << 1 | (bits & ~low) >> 1 | bits << 8 | bits >> 8;
+}
+
+/* Grows a set of voxels through faces as far as `within` goes. */
+SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__voxel_bits *set)
+{
+    bool grows = true;
+    while (grows) {
+        int k;
+        grows = false;
+        for (k = 0; k < 2 * SPRINGLS__BRICK; k++) { /* upwards, then downwards */
+            int z = k < SPRINGLS__BRICK ? k : 2 * SPRINGLS__BRICK - 1 - k;
+            uint64_t before = set->layer[z], bits = before, grown;
+            if (z > 0) bits |= set->layer[z - 1];
+            if (z < SPRINGLS__BRICK - 1) bits |= set->layer[z + 1];
+            bits &= within->layer[z];
+            while ((grown = springls__grow_layer(bits) & within->layer[z]) != bits) bits = grown;
+            set->layer[z] = bits;
+            grows = grows || bits != before;
+        }
+    }
+}
+
+/* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
+SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left, springls__voxel_bits *set)
+{
+    springls__voxel_bits within;
+    uint64_t first;
+    int z = 0, k;
+    while (z < SPRINGLS__BRICK && !left->layer[z]) z++;
+    if (z == SPRINGLS__BRICK) return false;
+    first = left->layer[z] & (~left->layer[z] + 1);
+    for (k = 0; k < SPRINGLS__BRICK; k++) {
+        within.layer[k] = left->layer[k] & (inside->layer[z] & first ? inside->layer[k] : ~inside->layer[k]);
+        set->layer[k] = k == z ? first : 0;
+    }
+    springls__flood(&within, set);
+    for (k = 0; k < SPRINGLS__BRICK; k++) left->layer[k] &= ~set->layer[k];
+    return true;
+}
+
+typedef struct springls__label_job {
+    const springls__grid *g;
+    const springls__labels *l;
+    int32_t *voxel;     /* those of l                               */
+    int32_t *nodes;     /* of an active brick; scanned: before it   */
+} springls__label_job;
+
+/* Numbers what is connected within each brick, in the order of first voxels; -1: beyond the domain. */
+SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    for (; begin < end; begin++) {
+        int32_t *voxel = job->voxel + (size_t)begin * SPRINGLS__BRICK_VOXELS, n = 0;
+        springls__voxel_bits left, inside, set;
+        int v;
+        springls__find_inside_bits(job->g, job->g->active[begin], &left, &inside);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) voxel[v] = -1;
+        for (; springls__take_connected(&inside, &left, &set); n++)
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+                if (set.layer[v >> 6] >> (v & 63) & 1u) voxel[v] = n;
+        job->nodes[begin] = n;
+    }
+}
+
+/* Makes numbers within bricks nodes, and finds the voxel of each node that is furthest from the surface. */
+SPRINGLS__FN void springls__number_nodes_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    const int32_t exterior = springls__exterior_node(job->g, job->l);
+    for (; begin < end; begin++) {
+        const float *phi = job->g->phi + (size_t)job->g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        int32_t first = begin * SPRINGLS__BRICK_VOXELS;
+        int v;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            bool valid = job->voxel[first + v] >= 0;
+            int32_t node = job->voxel[first + v] = valid ? job->nodes[begin] + job->voxel[first + v] : exterior;
+            springls__node_sums *sums = &job->l->sums[node];
+            float depth = springls__fabs(phi[v]);
+            if (!valid || (sums->deepest >= 0 && depth <= sums->depth)) continue;
+            sums->deepest = first + v;
+            sums->depth = depth;
+            sums->outside = !(phi[v] < 0.0f);
+        }
+    }
+}
+
+/* ---- connection of bricks ---- */
 
 /* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
 SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
@@ -11809,33 +11927,18 @@ SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int orig
     for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
 }
 
-/* Joins the voxels of active brick i with each other. */
-SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
-{
-    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int32_t first = i * SPRINGLS__BRICK_VOXELS;
-    int origin[3], extent[3], x, y, z;
-    springls__slot_origin(g, g->active[i], origin);
-    springls__brick_extent(g, origin, extent);
-    for (z = 0; z < extent[2]; z++)
-        for (y = 0; y < extent[1]; y++) {
-            int32_t row = 8 * y + 64 * z;
-            for (x = 1; x < extent[0]; x++)
-                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
-                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
-            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
-            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
-        }
-}
-
 /* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
 SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
 {
+    int32_t other;
     if (!springls__grid_contains(g, to[0], to[1], to[2])) {
-        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
-    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
-        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+        if (inside) return;
+        other = springls__exterior_node(g, l);
+    } else {
+        if (inside != (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) return;
+        other = springls__label_node(g, l, to[0], to[1], to[2]);
     }
+    if (l->node[node] != other && l->node[other] != node) springls__join_trees(l->node, node, other);
 }
 
 /* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
@@ -11855,22 +11958,33 @@ SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels 
             v = springls__voxel_in_brick(at[0], at[1], at[2]);
             for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
             to[axis] += d & 1 ? 1 : -1;
-            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+            springls__join_across(g, l, l->voxel[i * SPRINGLS__BRICK_VOXELS + v], phi[v] < 0.0f, to);
         }
+}
+
+/* Joins active brick i with those beside it: where the one beside is active too, that one does it for lower faces. */
+SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    int origin[3], d;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 6; d++) {
+        int x = origin[0] - 8 * (d == 0), y = origin[1] - 8 * (d == 2), z = origin[2] - 8 * (d == 4);
+        if (!(d & 1) && springls__grid_contains(g, x, y, z) && springls__slot_at(g, x, y, z) >= SPRINGLS__FIRST_SLOT) continue;
+        springls__join_face(g, l, i, d);
+    }
 }
 
 /* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
 SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
 {
-    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
     int place[3], axis, stride = 1;
     springls__brick_place(g, brick, place);
     for (axis = 0; axis < 3; axis++) {
         bool last = place[axis] == g->bricks[axis] - 1;
         if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->parent, l->voxels + brick, exterior);
+            springls__join_trees(l->node, l->first_brick + brick, springls__exterior_node(g, l));
         if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+            springls__join_trees(l->node, l->first_brick + brick, l->first_brick + brick + stride);
         stride *= g->bricks[axis];
     }
 }
@@ -11882,154 +11996,119 @@ typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], 
 
 typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
 
-/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
-SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
+/* Active brick `rank`, whose cubes are visited. */
+typedef struct springls__cube_walk { springls__cube_range range; int rank; float tile[SPRINGLS__TILE_VOXELS]; } springls__cube_walk;
+
+/* Returns the node of a corner of the cube at (x, y, z) of the brick; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const springls__cube_walk *walk,
+                                           int x, int y, int z, int corner)
 {
-    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
-    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    x += corner & 1;
+    y += corner >> 1 & 1;
+    z += corner >> 2;
+    if (!((x | y | z) & ~7)) return l->voxel[walk->rank * SPRINGLS__BRICK_VOXELS + x + 8 * y + 64 * z];
+    x += walk->range.origin[0];
+    y += walk->range.origin[1];
+    z += walk->range.origin[2];
+    if (!springls__grid_contains(g, x, y, z)) return springls__exterior_node(g, l);
     return springls__label_node(g, l, x, y, z);
 }
 
 /* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x, int y,
+                                       int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__mc_cell cell = springls__tile_cube(walk->tile, x, y, z);
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m;
     springls__labelled_triangle triangle;
-    if (count == 0) return;
-    at[0] = range->origin[0] + x;
-    at[1] = range->origin[1] + y;
-    at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
             int other = corner | 1 << springls__mc_edge_axis(edge);
             bool inside = springls__mc_inside(cell.phi[corner]) != 0;
-            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
-            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+            triangle.inner[m] = springls__corner_node(g, l, walk, x, y, z, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
-        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        triangle.t = springls__cube_triangle(&walk->range, cell, mask, x, y, z, k);
         visit(l, &triangle);
     }
+}
+
+/* Finds which voxels of a row of a tile are inside, a bit each. */
+SPRINGLS__FN uint32_t springls__row_bits(const float *row)
+{
+    uint32_t bits = 0;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) bits |= (uint32_t)(row[x] < 0.0f) << x;
+    return bits;
 }
 
 /* Visits all triangles of the zero level. */
 SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+    const int across = SPRINGLS__TILE;
+    springls__cube_walk walk;
+    uint32_t inside[SPRINGLS__TILE * SPRINGLS__TILE];
+    int x, y, z, row;
+    for (walk.rank = 0; walk.rank < g->active_count; walk.rank++) {
+        walk.range = springls__brick_cubes(g, g->active[walk.rank]);
+        springls__load_tile(g, g->phi, g->active[walk.rank], springls__alone(), walk.tile);
+        for (row = 0; row < across * across; row++) inside[row] = springls__row_bits(walk.tile + across * row);
+        for (z = walk.range.lo[2]; z <= walk.range.hi[2]; z++)
+            for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
+                const uint32_t *bits = inside + (y + 1) + across * (z + 1);
+                uint32_t some = bits[0] | bits[1] | bits[across] | bits[across + 1];
+                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1], mixed = (some | some >> 1) & ~(all & all >> 1);
+                for (x = walk.range.lo[0]; mixed && x <= walk.range.hi[0]; x++)
+                    if (mixed >> (x + 1) & 1u) springls__visit_cube(g, l, &walk, x, y, z, visit);
+            }
     }
-}
-
-SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
-{
-    int m;
-    for (m = 1; m < 3; m++) {
-        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
-        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
-    }
-}
-
-/* ---- labels ---- */
-
-/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
-   roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
-{
-    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
-    l->count = 0;
-    for (i = 0; i < l->voxels; i++) {
-        int32_t root = springls__find_root(l->parent, i);
-        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
-        if (root != i) {
-            l->label[i] = root < l->voxels ? l->label[root] : -1;
-            continue;
-        }
-        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
-                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
-    }
-}
-
-/* Points at the labels that the context keeps, and at the list of components. */
-SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
-{
-    springls__labels l;
-    memset(&l, 0, sizeof l);
-    l.rank = (const int32_t *)ctx->label_rank.data;
-    l.parent = (int32_t *)ctx->label_parent.data;
-    l.label = (int32_t *)ctx->label_memory.data;
-    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
-    l.count = ctx->label_count;
-    return l;
-}
-
-/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
-SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
-    int32_t i;
-    int d;
-    ctx->labels_fresh = false;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
-    ctx->labelled_bricks = g->active_count;
-    *l = springls__kept_labels(ctx);
-    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
-    for (i = 0; i < g->active_count; i++) {
-        springls__join_within_brick(g, l, i);
-        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
-    }
-    springls__visit_triangles(g, l, springls__join_triangle);
-    springls__number_components(g, l);
-    ctx->label_count = l->count;
-    ctx->labels_fresh = true;
-    return SPRINGLS_OK;
 }
 
 /* ---- measures ---- */
 
-/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
-SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+/* Finds the area of a triangle, and the tetrahedron that it makes with the origin. */
+SPRINGLS__FN springls__surface_sums springls__triangle_sums(const springls__labels *l, springls__tri t)
 {
     springls__v3 area2 = springls__tri_area2(t);
     const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
     const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
                             (double)t.a.z + (double)t.b.z + (double)t.c.z };
-    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    springls__surface_sums out;
     double world2 = 0.0;
     int c;
+    out.volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (1.0 / 6.0);
     for (c = 0; c < 3; c++) {
         double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
         world2 += w * w;
-        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+        out.moment[c] = 0.25 * out.volume * sum[c];
     }
-    item->area += 0.5 * (double)springls__length(area2);
-    item->world_area += 0.5 * sqrt(world2);
-    item->volume += volume;
+    out.area = 0.5 * (double)springls__length(area2);
+    out.world_area = 0.5 * sqrt(world2);
+    return out;
 }
 
-SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+SPRINGLS__FN void springls__add_sums(springls__surface_sums *to, const springls__surface_sums *by, double sign)
 {
-    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
-    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
-    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+    int c;
+    to->volume += sign * by->volume;
+    for (c = 0; c < 3; c++) to->moment[c] += sign * by->moment[c];
+    to->area += by->area;
+    to->world_area += by->world_area;
 }
 
+/* Joins what a triangle connects on either side, and measures it. */
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int m;
+    springls__add_sums(&l->sums[triangle->inner[0]].surface, &sums, 1.0);
+    springls__add_sums(&l->sums[triangle->outer[0]].surface, &sums, -1.0);
+    for (m = 1; m < 3; m++) {
+        if (triangle->inner[m] != triangle->inner[0]) springls__join_trees(l->node, triangle->inner[0], triangle->inner[m]);
+        if (triangle->outer[m] != triangle->outer[0]) springls__join_trees(l->node, triangle->outer[0], triangle->outer[m]);
+    }
+}
 
 /* Finds the matrix of directed areas: the cofactors of voxel -> world. */
 SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
@@ -12043,31 +12122,113 @@ SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double ou
         }
 }
 
-/* Notes the side of a component, and its voxel furthest from the surface. */
-SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+/* ---- labels ---- */
+
+/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface, so
+   some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
 {
-    item->cavity = !(phi < 0.0f);
-    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
-    item->depth = springls__fabs(phi);
-    item->deepest = node;
+    int32_t i, exterior = springls__exterior_node(g, l), root = springls__find_root(l->node, exterior);
+    l->count = 0;
+    for (i = 0; i <= exterior; i++) {
+        if (l->node[i] != i) l->node[i] = l->node[l->node[i]];
+        else l->node[i] = i != root && i < l->first_brick ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.voxel = (const int32_t *)ctx->label_voxel.data;
+    l.node = (int32_t *)ctx->label_node.data;
+    l.first_brick = ctx->label_first_brick;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Numbers the nodes of active bricks, and makes each a tree of its own. */
+SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t bricks = springls__brick_count(g);
+    springls__label_job job;
+    int32_t i, n = 0, count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t),
+                                        0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_nodes, g->active_count + 1));
+    job.g = g;
+    job.l = l;
+    job.voxel = (int32_t *)ctx->label_voxel.data;
+    job.nodes = springls__brick_nodes(&ctx->model);
+    springls__parallel(ctx, g->active_count, 16, springls__label_bricks_task, &job);
+    for (i = 0; i < g->active_count; i++) {
+        ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+        count = job.nodes[i];
+        job.nodes[i] = n;
+        n += count;
+    }
+    ctx->label_first_brick = n;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + bricks + 1, sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + bricks + 1));
+    *l = springls__kept_labels(ctx);
+    l->sums = springls__node_sums_list(&ctx->model);
+    for (i = 0; i <= springls__exterior_node(g, l); i++) {
+        l->node[i] = i;
+        memset(&l->sums[i], 0, sizeof l->sums[i]);
+        l->sums[i].deepest = -1;
+    }
+    springls__parallel(ctx, g->active_count, 16, springls__number_nodes_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* Labels all voxels, and measures the nodes; the labels stay in the context until bricks come or go, or phi changes. Works on the
+   host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int i;
+    ctx->labels_fresh = false;
+    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1 > INT32_MAX)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__label_bricks(ctx, l));
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) springls__join_active_brick(g, l, i);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labelled_bricks = g->active_count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Adds a node to its component. */
+SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+{
+    springls__add_sums(&item->surface, &node->surface, 1.0);
+    if (node->deepest < 0) return;
+    item->cavity = node->outside;
+    if (node->depth <= item->depth && item->depth > 0.0f) return;
+    item->depth = node->depth;
+    item->deepest = node->deepest;
 }
 
 /* Finds and measures the components of phi. */
 SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
 {
-    const springls__grid *g = &ctx->model.grid;
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
     l->item = springls__components_now(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
-    for (i = 0; i < l->voxels; i++)
-        if (l->label[i] >= 0)
-            springls__note_voxel(&l->item[l->label[i]], i,
-                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
-                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
-    springls__area_to_world(ctx, l->area_to_world);
-    springls__visit_triangles(g, l, springls__measure_triangle);
+    for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
+        if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);
     return SPRINGLS_OK;
 }
 
@@ -12104,7 +12265,7 @@ SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const spri
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
+        if (phi < 0.0f) return springls__component_of_voxel(g, l, x, y, z);
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -12139,36 +12300,37 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
         high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
     if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
-    if (high >= 0) *cavity = springls__label_of_node(l, high);
+    if (high >= 0) *cavity = l->node[high];
 }
 
 /* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
-   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
+   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
    volumes that components are to keep (volume_lock.h). */
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
-    springls_component seen;
+    springls_component view;
     double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
 /* The components that a springl bounds now, -1: none. */
-typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
 
 /* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__link { int32_t before, now; } springls__link;
+typedef struct springls__component_link { int32_t before, now; } springls__component_link;
 
 /* The components before and now, and what links them. */
-typedef struct springls__kinship {
+typedef struct springls__component_graph {
     const springls__component *before;
     int before_count;
     springls__labels labels;
-    springls__place_now *place;   /* one a springl                          */
-    springls__link *link;         /* by `before`, then by `now`             */
+    springls__springl_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `before`, then by `now`             */
+    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
     int link_count;
-} springls__kinship;
+} springls__component_graph;
 
 SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
 {
@@ -12181,27 +12343,27 @@ SPRINGLS__FN int32_t springls__find_component(const springls__component *list, i
     int low = 0, high = count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if (list[middle].seen.id < id) low = middle + 1;
+        if (list[middle].view.id < id) low = middle + 1;
         else high = middle;
     }
-    return low < count && list[low].seen.id == id ? low : -1;
+    return low < count && list[low].view.id == id ? low : -1;
 }
 
 /* Returns true when components have ids that last. */
-SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
 {
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Forgets the components: ids go on where they were. */
-SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+/* Clears the list of components: ids go on where they were. */
+SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
-    ctx->components_known = ctx->components_fresh = false;
+    ctx->components_found = ctx->components_fresh = false;
 }
 
-/* Forgets the volumes that components are to keep: the next step measures them. */
-SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+/* Clears the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
@@ -12212,22 +12374,36 @@ SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
 
 SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
 
-/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
-SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+typedef struct springls__place_job {
+    const springls_context *ctx;
+    springls__component_graph *graph;
+} springls__place_job;
+
+/* Finds what springls bound now. */
+SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
+{
+    const springls__place_job *job = (const springls__place_job *)arg;
+    for (; begin < end; begin++)
+        springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p,
+                                &job->graph->place[begin].body, &job->graph->place[begin].cavity);
+}
+
+/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
+                                            int64_t *count)
 {
     const springls__constellation *set = &ctx->model.set;
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
         int32_t before[2], now[2];
-        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
-        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
-        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
-        now[0] = k->place[i].body;
-        now[1] = k->place[i].cavity;
+        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
+        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
+        now[0] = graph->place[i].body;
+        now[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
             if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (now[c] >= 0) count[graph->before_count + now[c]]++;
             if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
         }
     }
@@ -12239,134 +12415,173 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springl
 SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
 
 /* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count, const int64_t *count)
 {
     size_t i = 0, first;
-    k->link_count = 0;
+    graph->link_count = 0;
     while (i < vote_count) {
-        springls__link link;
+        springls__component_link link;
         int64_t votes_here;
         link.before = (int32_t)(votes[i] >> 32);
         link.now = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
-            k->link[k->link_count++] = link;
+        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[graph->before_count + link.now]))
+            graph->link[graph->link_count++] = link;
     }
 }
 
+/* Sorts links by what is now. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+{
+    int i;
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    springls__sort_keys(key, (size_t)graph->link_count);
+    graph->link_by_now = graph->link + graph->link_count;
+    for (i = 0; i < graph->link_count; i++) {
+        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
+        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+    }
+}
+
+/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component, bool now,
+                                                                int *count)
+{
+    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    int low = 0, high = graph->link_count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        else high = middle;
+    }
+    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    *count = high - low;
+    return list + low;
+}
+
 /* Finds the components as they are now, and links them to those before. */
-SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
     uint64_t *vote;
     int64_t *count;
-    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
-    k->before = springls__component_list(ctx);
-    k->before_count = ctx->component_count;
-    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    springls__place_job job;
+    SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
+    graph->before = springls__component_list(ctx);
+    graph->before_count = ctx->component_count;
+    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    k->place = springls__places_now(&ctx->model);
+    graph->place = springls__places_now(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
-    votes = springls__collect_votes(ctx, k, vote, count);
+    job.ctx = ctx;
+    job.graph = graph;
+    springls__parallel(ctx, ctx->model.set.count, 512, springls__place_springls_task, &job);
+    votes = springls__collect_votes(ctx, graph, vote, count);
     springls__sort_keys(vote, votes);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
-    k->link = springls__component_links(&ctx->model);
-    springls__link_by_votes(k, vote, votes, count);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
+    graph->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(graph, vote, votes, count);
+    springls__sort_links_by_now(graph, vote);
     return SPRINGLS_OK;
 }
 
 /* ---- ids ---- */
 
-/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
-   -1: none. */
-SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+/* Returns a key that sorts component i of a list by its volume, the largest first; those of equal volume by i. */
+SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
 {
-    int32_t i, best = -1;
-    for (i = 0; i < k->before_count; i++)
-        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
-    return best;
+    float size = springls__max((float)volume, 0.0f);
+    uint32_t bits;
+    memcpy(&bits, &size, sizeof bits);
+    return (uint64_t)(~bits) << 32 | (uint64_t)i;
 }
 
 /* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
-SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = k->labels.item;
-    uint8_t *done;
-    int32_t before;
-    int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
-    done = springls__component_done(&ctx->model);
-    memset(done, 0, (size_t)k->before_count);
-    while ((before = springls__next_heir(k, done)) >= 0) {
-        int32_t largest = -1;
-        for (i = 0; i < k->link_count; i++) {
-            int32_t now = k->link[i].now;
-            if (k->link[i].before != before || item[now].id) continue;
-            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+    springls__component_now *item = graph->labels.item;
+    uint64_t *order;
+    int i, k;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    order = springls__component_order(&ctx->model);
+    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->before_count);
+    for (k = 0; k < graph->before_count; k++) {
+        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+        int links;
+        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        for (i = 0; i < links; i++) {
+            int32_t now = link[i].now;
+            if (item[now].id) continue;
+            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
         }
-        done[before] = 1;
-        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+        if (largest >= 0) item[largest].id = graph->before[before].view.id;
     }
-    for (i = 0; i < k->labels.count; i++)
+    for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
     return SPRINGLS_OK;
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
                                            springls_component *out)
 {
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    const springls__surface_sums *sums = &item->surface;
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
     memset(out, 0, sizeof *out);
     out->id = item->id;
     out->cavity = item->cavity;
-    out->volume = item->volume * scale;
-    out->area = item->world_area;
+    out->volume = sums->volume * scale;
+    out->area = sums->world_area;
     out->correction = item->moved;
-    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
-                                                    (float)(item->moment[2] * weight)), out->center);
+    springls__voxel_to_world(ctx, springls__v3_make((float)(sums->moment[0] * weight), (float)(sums->moment[1] * weight),
+                                                    (float)(sums->moment[2] * weight)), out->center);
 }
 
 /* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
-SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__place_now now = k->place[i];
-        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+        springls__springl_components now = graph->place[i];
+        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of the components now, besides that of those before, which stays. */
+/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
 /* Replaces the list by the components now, by ascending ids. */
-SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    uint64_t *order = springls__component_order(&ctx->model);
     springls__buffer memory = ctx->component_memory;
-    int i, j;
-    for (i = 0; i < k->labels.count; i++) {
-        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
-        memset(&list[j], 0, sizeof *list);
-        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
-        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    int i;
+    for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
+    springls__sort_keys(order, (size_t)graph->labels.count);
+    for (i = 0; i < graph->labels.count; i++) {
+        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        memset(&list[i], 0, sizeof *list);
+        springls__write_component_view(ctx, item, &list[i].view);
+        springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
     }
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
-    ctx->component_count = k->labels.count;
-    ctx->components_known = ctx->components_fresh = true;
+    ctx->component_count = graph->labels.count;
+    ctx->components_found = ctx->components_fresh = true;
 }
 
 /* ---- which label is whose ---- */
@@ -12394,8 +12609,8 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
-        if (label >= 0) id[label] = c->seen.id;
+        int32_t label = springls__component_of_voxel(g, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        if (label >= 0) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
 }
@@ -12494,8 +12709,8 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 
 /* ---- the list ---- */
 
-/* Forgets the events so far. */
-SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+/* Clears the list of events. */
+SPRINGLS__FN void springls__clear_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
 
 /* Appends an event without parts. */
 SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
@@ -12515,19 +12730,11 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
 {
     springls_component part;
-    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[now], &part);
     springls__add_event_part(ctx, &part);
-}
-
-/* Returns how many links a component before has, or one of now. */
-SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
-{
-    int i, n = 0;
-    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
-    return n;
 }
 
 /* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
@@ -12540,7 +12747,7 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
 }
 
 /* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
-SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph, int32_t before,
                                                      int32_t now, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
@@ -12554,11 +12761,12 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t was = springls__find_component(k->before, k->before_count, id);
-        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
-        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
+        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (component_before < 0 || component_now < 0) continue;
+        if (before >= 0 ? component_before != before : component_now != now) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? is : was;
+        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
@@ -12566,54 +12774,54 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 }
 
 /* Lists the deaths and splits of a component before. */
-SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph, int32_t before)
 {
-    const springls_component *seen = &k->before[before].seen;
-    int parts = springls__links_of(k, before, -1), i;
+    const springls_component *view = &graph->before[before].view;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
-    springls__add_event_part(ctx, seen);
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
-    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__add_event_part(ctx, view);
+    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
+    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists the births and mergers of a component of now. */
-SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph, int32_t now)
 {
-    int parts = springls__links_of(k, -1, now), i;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, graph->labels.item[now].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
-    springls__add_part_now(ctx, k, now);
-    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
+    springls__add_part_now(ctx, graph, now);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
    still. On failure the list stays as it was. */
-SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
-    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
     ctx->event_part_count = parts;
@@ -12623,34 +12831,34 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 /* ---- following ---- */
 
 /* Finds the components as they are now, and their ids. */
-SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
-    SPRINGLS__TRY(springls__find_kinship(ctx, k));
-    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
-    return springls__component_list_reserve(ctx, k->labels.count);
+    SPRINGLS__TRY(springls__link_components(ctx, graph));
+    SPRINGLS__TRY(springls__assign_component_ids(ctx, graph));
+    return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
 /* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
-SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
-    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
-    springls__store_components(ctx, k);
-    springls__label_springls(ctx, k);
+    if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));
+    springls__store_components(ctx, graph);
+    springls__label_springls(ctx, graph);
     return SPRINGLS_OK;
 }
 
 /* Follows the components without keeping their volumes. */
-SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 {
-    springls__kinship k;
+    springls__component_graph graph;
     SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
-    SPRINGLS__TRY(springls__begin_following(ctx, &k));
-    return springls__end_following(ctx, &k);
+    SPRINGLS__TRY(springls__identify_components(ctx, &graph));
+    return springls__commit_components(ctx, &graph);
 }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
-   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
    after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
    not every device has: it always runs on the host. */
 
@@ -12669,7 +12877,7 @@ typedef struct springls__lock_node {
 } springls__lock_node;
 
 typedef struct springls__lock {
-    springls__kinship kinship;
+    springls__component_graph graph;
     springls__locked_component *item; /* one a component of now               */
     springls__lock_node *node;        /* components before, then those of now */
     int32_t *parent;                  /* their forest                         */
@@ -12680,12 +12888,12 @@ typedef struct springls__lock {
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    const springls__component_graph *graph = &lock->graph;
+    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
     lock->item = springls__locked_components(&ctx->model);
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
@@ -12694,9 +12902,9 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
-        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
-            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
+        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
@@ -12707,36 +12915,36 @@ SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 /* Links what springls link, and specks with the largest body. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    const springls__component_now *now = k->labels.item;
+    const springls__component_graph *graph = &lock->graph;
+    const springls__component_now *now = graph->labels.item;
     int i, largest = -1;
-    for (i = 0; i < k->link_count; i++)
-        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
-    for (i = 0; i < k->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
-    for (i = 0; i < k->before_count && largest >= 0; i++)
-        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
-            springls__join_trees(lock->parent, i, k->before_count + largest);
-    for (i = 0; i < k->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    for (i = 0; i < graph->link_count; i++)
+        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+    for (i = 0; i < graph->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->before_count && largest >= 0; i++)
+        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->before_count + largest);
+    for (i = 0; i < graph->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
     }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    int i, nodes = k->before_count + k->labels.count;
+    const springls__component_graph *graph = &lock->graph;
+    int i, nodes = graph->before_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
         lock->node[root].target += lock->node[i].target;
         lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < k->labels.count; i++) {
+    for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -12745,7 +12953,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 /* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
 SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i, v, o[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -12791,7 +12999,7 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        int32_t body = job->lock->kinship.place[begin].body;
+        int32_t body = job->lock->graph.place[begin].body;
         springls__v3 by;
         if (body < 0) continue;
         by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
@@ -12804,42 +13012,40 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
 /* Adds a triangle to the body that it bounds. */
 SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
-    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int32_t body = triangle->inner[0]; /* a node from label_bodies, or of a constant brick, from first_brick on */
+    if (body >= 0 && body < l->count) springls__add_sums(&l->item[body].surface, &sums, 1.0);
 }
 
 /* Measures the bodies, with the labels from before they moved. */
 SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
-    int i, c;
-    for (i = 0; i < l->count; i++) {
-        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
-        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
-    }
+    springls__labels *l = &lock->graph.labels;
+    int i;
+    for (i = 0; i < l->count; i++) memset(&l->item[i].surface, 0, sizeof l->item[i].surface);
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
 /* Sums volumes and areas of linked bodies; specks have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
     for (i = 0; i < l->count; i++) {
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
-        all->volume += l->item[i].volume;
-        if (!lock->item[i].speck) all->area += l->item[i].area;
+        all->volume += l->item[i].surface.volume;
+        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
     }
 }
 
 /* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
+    const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < k->before_count + k->labels.count; i++) {
+    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -12851,7 +13057,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 /* Chooses offsets by Newton's method. False when no component has to move. */
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
@@ -12883,7 +13089,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     ctx->stats.volume_correction = 0.0f;
     if (!springls__choose_offsets(lock)) return false;
     springls__label_bodies(&ctx->model.grid, lock);
-    lock->kinship.labels.body = lock->body;
+    lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
@@ -12892,7 +13098,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     }
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    for (i = 0; i < lock->kinship.labels.count; i++)
+    for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
     return true;
 }
@@ -12909,9 +13115,9 @@ SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, sprin
 /* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
 SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
+    springls__labels *l = &lock->graph.labels;
     int i;
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock->graph));
     for (i = 0; i < l->count; i++) {
         int32_t body = lock->body[l->item[i].deepest];
         if (body >= 0) l->item[i].moved = lock->item[body].moved;
@@ -12922,13 +13128,13 @@ SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, spr
 /* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
 SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) {
         const springls__lock_node *all = &lock->node[lock->item[i].node];
         int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
         springls__component *kept = springls__component_list(ctx) + at;
-        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].surface.volume / all->volume);
     }
     ctx->volumes_locked = true;
 }
@@ -12939,10 +13145,10 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
     springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock.graph));
     SPRINGLS__TRY(springls__find_targets(ctx, &lock));
     if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
-    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__commit_components(ctx, &lock.graph));
     springls__lock_components(ctx, &lock);
     return SPRINGLS_OK;
 }
@@ -12968,13 +13174,13 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 /* Returns true when components have ids, but no volumes to keep. */
 SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+    return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
 /* Returns true when the model has changed since its components were found, or they have not been found yet. */
 SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+    return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
 
 /* Returns true when contract will use phi as it was before the springls moved. */
@@ -13053,10 +13259,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        springls__forget_targets(ctx);
+        springls__clear_target_volumes(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
-    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -13161,7 +13367,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -13178,7 +13384,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -13309,7 +13515,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
-    springls__forget_events(ctx);
+    springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
@@ -13601,8 +13807,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
-    springls__buffer_free(ctx, &ctx->label_parent);
-    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_voxel);
+    springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
@@ -16132,11 +16338,11 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 /* Completes a step in progress, and finds the components of a model that has changed since. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
-    if (!springls__follows_components(ctx))
+    if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
@@ -16152,7 +16358,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
     shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
     *components = shown;
     *count = ctx->component_count;
     return SPRINGLS_OK;
@@ -18063,7 +18269,7 @@ typedef struct springls__snapshot_state {
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
-    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint8_t components_found, components_fresh, volumes_locked, pad;
     uint32_t next_id, step, last_component_id;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
@@ -18209,7 +18415,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components = ctx->component_count;
     s->events = ctx->event_count;
     s->event_parts = ctx->event_part_count;
-    s->components_known = ctx->components_known;
+    s->components_found = ctx->components_found;
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
@@ -18457,10 +18663,10 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
     int i;
     for (i = 0; i < s->components; i++) {
         memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
         if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.seen.id;
+        before = c.view.id;
     }
     return true;
 }
@@ -18686,7 +18892,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
-    ctx->components_known = s->components_known != 0;
+    ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
@@ -19073,15 +19279,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \\\n",
-    "    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                            \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)                      \\\n",
+    "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1877 \"springls.h\"\n",
+    "#line 1878 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19157,7 +19364,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1954 \"springls.h\"\n",
+    "#line 1955 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19176,7 +19383,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1974 \"springls.h\"\n",
+    "#line 1975 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19191,7 +19398,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1990 \"springls.h\"\n",
+    "#line 1991 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19315,7 +19522,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2114 \"springls.h\"\n",
+    "#line 2115 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -19341,7 +19548,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2141 \"springls.h\"\n",
+    "#line 2142 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19492,7 +19699,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2293 \"springls.h\"\n",
+    "#line 2294 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19507,7 +19714,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2308 \"springls.h\"\n",
+    "#line 2309 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19631,14 +19838,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2432 \"springls.h\"\n",
+    "#line 2433 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2440 \"springls.h\"\n",
+    "#line 2441 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19650,7 +19857,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2452 \"springls.h\"\n",
+    "#line 2453 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19665,7 +19872,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2468 \"springls.h\"\n",
+    "#line 2469 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19709,7 +19916,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2512 \"springls.h\"\n",
+    "#line 2513 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19724,7 +19931,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2527 \"springls.h\"\n",
+    "#line 2528 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19768,7 +19975,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2571 \"springls.h\"\n",
+    "#line 2572 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -19847,7 +20054,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2650 \"springls.h\"\n",
+    "#line 2651 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19862,7 +20069,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2666 \"springls.h\"\n",
+    "#line 2667 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19925,7 +20132,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2729 \"springls.h\"\n",
+    "#line 2730 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19940,7 +20147,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2744 \"springls.h\"\n",
+    "#line 2745 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20003,7 +20210,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2808 \"springls.h\"\n",
+    "#line 2809 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20321,7 +20528,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3127 \"springls.h\"\n",
+    "#line 3128 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20762,7 +20969,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3569 \"springls.h\"\n",
+    "#line 3570 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20938,7 +21145,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3746 \"springls.h\"\n",
+    "#line 3747 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21109,7 +21316,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3918 \"springls.h\"\n",
+    "#line 3919 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -21242,7 +21449,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4052 \"springls.h\"\n",
+    "#line 4053 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -21251,7 +21458,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4061 \"springls.h\"\n",
+    "#line 4062 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21266,7 +21473,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4077 \"springls.h\"\n",
+    "#line 4078 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21279,7 +21486,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4090 \"springls.h\"\n",
+    "#line 4091 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21294,7 +21501,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4105 \"springls.h\"\n",
+    "#line 4106 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21307,7 +21514,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4118 \"springls.h\"\n",
+    "#line 4119 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -21567,7 +21774,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4868 \"springls.h\"\n",
+    "#line 4869 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -21593,7 +21800,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4895 \"springls.h\"\n",
+    "#line 4896 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -21662,7 +21869,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4965 \"springls.h\"\n",
+    "#line 4966 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -21736,7 +21943,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5040 \"springls.h\"\n",
+    "#line 5041 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -21826,7 +22033,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5131 \"springls.h\"\n",
+    "#line 5132 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22024,7 +22231,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5330 \"springls.h\"\n",
+    "#line 5331 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -22100,7 +22307,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5407 \"springls.h\"\n",
+    "#line 5408 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -22115,7 +22322,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5422 \"springls.h\"\n",
+    "#line 5423 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22130,7 +22337,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5438 \"springls.h\"\n",
+    "#line 5439 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22141,7 +22348,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5449 \"springls.h\"\n",
+    "#line 5450 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22156,7 +22363,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5464 \"springls.h\"\n",
+    "#line 5465 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22167,7 +22374,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5475 \"springls.h\"\n",
+    "#line 5476 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -22270,7 +22477,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5579 \"springls.h\"\n",
+    "#line 5580 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -22749,7 +22956,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6059 \"springls.h\"\n",
+    "#line 6060 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -22849,7 +23056,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6160 \"springls.h\"\n",
+    "#line 6161 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -22980,7 +23187,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6292 \"springls.h\"\n",
+    "#line 6293 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -23169,7 +23376,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6482 \"springls.h\"\n",
+    "#line 6483 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -23280,7 +23487,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6594 \"springls.h\"\n",
+    "#line 6595 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -23659,7 +23866,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6974 \"springls.h\"\n",
+    "#line 6975 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -23810,7 +24017,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7126 \"springls.h\"\n",
+    "#line 7127 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -23840,7 +24047,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7156 \"springls.h\"\n",
+    "#line 7157 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23855,7 +24062,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7172 \"springls.h\"\n",
+    "#line 7173 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24024,7 +24231,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7341 \"springls.h\"\n",
+    "#line 7342 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24039,7 +24246,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7356 \"springls.h\"\n",
+    "#line 7357 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24208,7 +24415,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7525 \"springls.h\"\n",
+    "#line 7526 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24242,7 +24449,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7560 \"springls.h\"\n",
+    "#line 7561 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -24361,7 +24568,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7680 \"springls.h\"\n",
+    "#line 7681 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -24458,7 +24665,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7778 \"springls.h\"\n",
+    "#line 7779 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -24532,7 +24739,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7853 \"springls.h\"\n",
+    "#line 7854 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24766,7 +24973,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8088 \"springls.h\"\n",
+    "#line 8089 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -24791,7 +24998,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8114 \"springls.h\"\n",
+    "#line 8115 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25049,7 +25256,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8373 \"springls.h\"\n",
+    "#line 8374 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25134,7 +25341,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25138 \"springls.h\"\n",
+    "#line 25345 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -26094,7 +26301,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    springls__forget_targets(ctx);
+    springls__clear_target_volumes(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -26412,7 +26619,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
     ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
