@@ -399,8 +399,8 @@
 
      - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
        ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls are the kinship: two components are related when at least a tenth of the springls of one, and three or more than
-       half, are in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
+       in the other. A component without springls of another one is born; one that leaves none behind has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -1865,9 +1865,9 @@ typedef union springls__arguments {
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                            \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)                      \
-    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \
+    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
@@ -11855,7 +11855,8 @@ SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__
 }
 
 /* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
-SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left, springls__voxel_bits *set)
+SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
+                                           springls__voxel_bits *set)
 {
     springls__voxel_bits within;
     uint64_t first;
@@ -11997,7 +11998,11 @@ typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], 
 typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
 
 /* Active brick `rank`, whose cubes are visited. */
-typedef struct springls__cube_walk { springls__cube_range range; int rank; float tile[SPRINGLS__TILE_VOXELS]; } springls__cube_walk;
+typedef struct springls__cube_walk {
+    springls__cube_range range;
+    int rank;
+    float tile[SPRINGLS__TILE_VOXELS];
+} springls__cube_walk;
 
 /* Returns the node of a corner of the cube at (x, y, z) of the brick; voxels beyond the domain belong to the exterior. */
 SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const springls__cube_walk *walk,
@@ -12015,8 +12020,8 @@ SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const spring
 }
 
 /* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x, int y,
-                                       int z, springls__triangle_visit visit)
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x,
+                                       int y, int z, springls__triangle_visit visit)
 {
     springls__mc_cell cell = springls__tile_cube(walk->tile, x, y, z);
     int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m;
@@ -12058,7 +12063,8 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__l
             for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
                 const uint32_t *bits = inside + (y + 1) + across * (z + 1);
                 uint32_t some = bits[0] | bits[1] | bits[across] | bits[across + 1];
-                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1], mixed = (some | some >> 1) & ~(all & all >> 1);
+                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1];
+                uint32_t mixed = (some | some >> 1) & ~(all & all >> 1); /* corners of either side */
                 for (x = walk.range.lo[0]; mixed && x <= walk.range.hi[0]; x++)
                     if (mixed >> (x + 1) & 1u) springls__visit_cube(g, l, &walk, x, y, z, visit);
             }
@@ -12124,8 +12130,8 @@ SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double ou
 
 /* ---- labels ---- */
 
-/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface, so
-   some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface,
+   so some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
 SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
 {
     int32_t i, exterior = springls__exterior_node(g, l), root = springls__find_root(l->node, exterior);
@@ -12157,8 +12163,8 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
     springls__label_job job;
     int32_t i, n = 0, count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t),
-                                        0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1,
+                                        sizeof(int32_t), 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_nodes, g->active_count + 1));
     job.g = g;
     job.l = l;
@@ -12415,7 +12421,8 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const s
 SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
 
 /* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count, const int64_t *count)
+SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count,
+                                          const int64_t *count)
 {
     size_t i = 0, first;
     graph->link_count = 0;
@@ -12427,7 +12434,8 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
         if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[graph->before_count + link.now]))
+        if (springls__is_link(votes_here, count[link.before])
+            || springls__is_link(votes_here, count[graph->before_count + link.now]))
             graph->link[graph->link_count++] = link;
     }
 }
@@ -12446,8 +12454,8 @@ SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, 
 }
 
 /* Finds the links of a component before, or of one of now. Returns the first of *count. */
-SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component, bool now,
-                                                                int *count)
+SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
+                                                                bool now, int *count)
 {
     const springls__component_link *list = now ? graph->link_by_now : graph->link;
     int low = 0, high = graph->link_count;
@@ -12502,7 +12510,8 @@ SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
     return (uint64_t)(~bits) << 32 | (uint64_t)i;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
+   ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__component_now *item = graph->labels.item;
@@ -12747,8 +12756,8 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
 }
 
 /* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
-SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph, int32_t before,
-                                                     int32_t now, springls_event *event)
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
+                                                     int32_t before, int32_t now, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -12774,7 +12783,8 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 }
 
 /* Lists the deaths and splits of a component before. */
-SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph, int32_t before)
+SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
+                                                            int32_t before)
 {
     const springls_component *view = &graph->before[before].view;
     int parts, i;
@@ -12792,13 +12802,15 @@ SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx
 }
 
 /* Lists the births and mergers of a component of now. */
-SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph, int32_t now)
+SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
+                                                             int32_t now)
 {
     int parts, i;
     const springls__component_link *link = springls__links_of(graph, now, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, graph->labels.item[now].cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
+                                graph->labels.item[now].cavity);
     event->before_count = parts;
     event->after_count = 1;
     for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
@@ -12857,8 +12869,8 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
-   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
    after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
    not every device has: it always runs on the host. */
 
@@ -19280,9 +19292,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                            \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)                      \\\n",
-    "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \\\n",
+    "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
@@ -25341,7 +25353,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25345 \"springls.h\"\n",
+    "#line 25357 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -285,8 +285,8 @@
 
      - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
        ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls are the kinship: two components are related when at least a tenth of the springls of one, and three or more than
-       half, are in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
+       in the other. A component without springls of another one is born; one that leaves none behind has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.

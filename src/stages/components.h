@@ -115,7 +115,8 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const s
 SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
 
 /* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count, const int64_t *count)
+SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count,
+                                          const int64_t *count)
 {
     size_t i = 0, first;
     graph->link_count = 0;
@@ -127,7 +128,8 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
         if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[graph->before_count + link.now]))
+        if (springls__is_link(votes_here, count[link.before])
+            || springls__is_link(votes_here, count[graph->before_count + link.now]))
             graph->link[graph->link_count++] = link;
     }
 }
@@ -146,8 +148,8 @@ SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, 
 }
 
 /* Finds the links of a component before, or of one of now. Returns the first of *count. */
-SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component, bool now,
-                                                                int *count)
+SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
+                                                                bool now, int *count)
 {
     const springls__component_link *list = now ? graph->link_by_now : graph->link;
     int low = 0, high = graph->link_count;
@@ -202,7 +204,8 @@ SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
     return (uint64_t)(~bits) << 32 | (uint64_t)i;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
+   ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__component_now *item = graph->labels.item;

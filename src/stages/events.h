@@ -133,8 +133,8 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
 }
 
 /* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
-SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph, int32_t before,
-                                                     int32_t now, springls_event *event)
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
+                                                     int32_t before, int32_t now, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -160,7 +160,8 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 }
 
 /* Lists the deaths and splits of a component before. */
-SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph, int32_t before)
+SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
+                                                            int32_t before)
 {
     const springls_component *view = &graph->before[before].view;
     int parts, i;
@@ -178,13 +179,15 @@ SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx
 }
 
 /* Lists the births and mergers of a component of now. */
-SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph, int32_t now)
+SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
+                                                             int32_t now)
 {
     int parts, i;
     const springls__component_link *link = springls__links_of(graph, now, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, graph->labels.item[now].cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
+                                graph->labels.item[now].cavity);
     event->before_count = parts;
     event->after_count = 1;
     for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);

@@ -137,7 +137,8 @@ SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__
 }
 
 /* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
-SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left, springls__voxel_bits *set)
+SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
+                                           springls__voxel_bits *set)
 {
     springls__voxel_bits within;
     uint64_t first;
@@ -279,7 +280,11 @@ typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], 
 typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
 
 /* Active brick `rank`, whose cubes are visited. */
-typedef struct springls__cube_walk { springls__cube_range range; int rank; float tile[SPRINGLS__TILE_VOXELS]; } springls__cube_walk;
+typedef struct springls__cube_walk {
+    springls__cube_range range;
+    int rank;
+    float tile[SPRINGLS__TILE_VOXELS];
+} springls__cube_walk;
 
 /* Returns the node of a corner of the cube at (x, y, z) of the brick; voxels beyond the domain belong to the exterior. */
 SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const springls__cube_walk *walk,
@@ -297,8 +302,8 @@ SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const spring
 }
 
 /* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x, int y,
-                                       int z, springls__triangle_visit visit)
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x,
+                                       int y, int z, springls__triangle_visit visit)
 {
     springls__mc_cell cell = springls__tile_cube(walk->tile, x, y, z);
     int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m;
@@ -340,7 +345,8 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__l
             for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
                 const uint32_t *bits = inside + (y + 1) + across * (z + 1);
                 uint32_t some = bits[0] | bits[1] | bits[across] | bits[across + 1];
-                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1], mixed = (some | some >> 1) & ~(all & all >> 1);
+                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1];
+                uint32_t mixed = (some | some >> 1) & ~(all & all >> 1); /* corners of either side */
                 for (x = walk.range.lo[0]; mixed && x <= walk.range.hi[0]; x++)
                     if (mixed >> (x + 1) & 1u) springls__visit_cube(g, l, &walk, x, y, z, visit);
             }
@@ -406,8 +412,8 @@ SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double ou
 
 /* ---- labels ---- */
 
-/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface, so
-   some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface,
+   so some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
 SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
 {
     int32_t i, exterior = springls__exterior_node(g, l), root = springls__find_root(l->node, exterior);
@@ -439,8 +445,8 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
     springls__label_job job;
     int32_t i, n = 0, count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t),
-                                        0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1,
+                                        sizeof(int32_t), 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_nodes, g->active_count + 1));
     job.g = g;
     job.l = l;
