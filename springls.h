@@ -31,6 +31,7 @@
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
      >>contract:kernel      kernels_embed/stages/contract.h
+     >>cover:kernel         kernels_embed/stages/cover.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
@@ -743,6 +744,7 @@ typedef struct springls_params {
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -4318,6 +4320,15 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */
+SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)
+{
+    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;
+    n = springls__normalize(springls__length(area2) > 2e-4f ? area2
+                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
+}
+
 /* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
@@ -4405,13 +4416,10 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
+    float area = 0.5f * springls__length(springls__tri_area2(t));
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
@@ -4452,6 +4460,97 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
     if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
+/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
+   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
+
+/* What the neighbors of a springl add up to: their weights, and the third harmonic of their directions in its plane. */
+typedef struct springls__surroundings { float weight, cosine, sine; } springls__surroundings;
+
+/* Halves the arms of springl i for relax: long ones reach across creases, and turn it too far. */
+SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)args;
+    if (!model->set.mask[i])
+        for (m = 0; m < 3; m++) s.q[m] = springls__lerp(s.p, s.q[m], 0.5f);
+    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
+}
+
+/* Returns true when the springl of codes[k] is in no code before (neighbors.h). */
+SPRINGLS__MATHS bool springls__is_first_code(SPRINGLS__GLOBAL const int *codes, int k)
+{
+    int j;
+    for (j = 0; j < k; j++)
+        if (codes[j] >= 0 && codes[j] / 3 == codes[k] / 3) return false;
+    return true;
+}
+
+/* Adds up the neighbors of springl i, within r of it; u, v: its tangents. Those of the other side of a thin sheet do not count;
+   those beyond a crease do. */
+SPRINGLS__MATHS springls__surroundings springls__surroundings_of(const springls__model *model, int i, float r, springls__v3 u,
+                                                                 springls__v3 v)
+{
+    const float opposite = -0.3f;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    springls__surroundings sum;
+    int k;
+    sum.weight = sum.cosine = sum.sine = 0.0f;
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
+        springls__v3 d = springls__sub(o.p, p);
+        float w = 1.0f - springls__length2(d) / (r * r), x = springls__dot(d, u), y = springls__dot(d, v);
+        if (codes[k] < 0 || w <= 0.0f || !springls__is_first_code(codes, k)) continue;
+        if (springls__dot(springls__springl_normal(o), n) <= opposite) continue;
+        w = w * w;
+        sum.weight += w;
+        sum.cosine += w * x * (x * x - 3.0f * y * y);
+        sum.sine += w * y * (3.0f * x * x - y * y);
+    }
+    return sum;
+}
+
+/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
+SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+{
+    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
+    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
+    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
+    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+}
+
+/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+{
+    float along = springls__sqrt(c * c + s * s) + c;
+    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+}
+
+/* Gives springl i, from S to relaxed_springls, the triangle of its share: the area over which the weights of its neighbors and its
+   own add up to what they do where springls are even. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float r = 1.3f, overlap = 1.08f; /* voxels; area of the triangle over that of the share */
+    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
+    springls__springl s = model->set.s[i];
+    springls__v3 n, u, v;
+    springls__surroundings sum;
+    float share;
+    (void)args;
+    if (!model->set.mask[i]) {
+        n = springls__facing(model, s);
+        u = springls__first_arm(s, n);
+        v = springls__cross(n, u);
+        sum = springls__surroundings_of(model, i, r, u, v);
+        share = 1.04719755f * r * r / (1.0f + sum.weight); /* (1 - d^2/r^2)^2 adds up to (pi/3) r^2 over an area of 1 */
+        u = springls__turn_by_third(u, v, -sum.cosine, -sum.sine);
+        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share, largest)), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
@@ -7748,6 +7847,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
@@ -10487,27 +10588,63 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
-enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+enum {
+    SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_ITERATE,
+    SPRINGLS__RELAX_ITERATED,
+    SPRINGLS__RELAX_COVER,
+    SPRINGLS__RELAX_COVERED
+};
+
+/* Makes the springls what a kernel has written to relaxed_springls. */
+SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
+    springls__constellation_moved(ctx);
+}
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
+    const springls_params *params = &ctx->model.params;
+    const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
+    case SPRINGLS__RELAX_BEGIN:
+        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
+        if (params->cover) {
+            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__take_relaxed(ctx);
+        }
+        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, ctx->model.set.count));
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, NULL);
+        if (ctx->work.repetition == params->relax_iterations)
+            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
+        springls__take_relaxed(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_COVER:
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
+    case SPRINGLS__RELAX_COVERED:
     default:
-        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-        springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
-            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        springls__take_relaxed(ctx);
         return SPRINGLS_OK;
     }
+}
+
+/* Gives springls their shares again, after some have come or gone. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    springls_status status = springls__next_stage(ctx, springls__relax);
+    ctx->work.repetition = ctx->model.params.relax_iterations;
+    return status;
 }
 
 /* Turns flipped triangles round (section 4.3.1). */
@@ -11581,6 +11718,13 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
+/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+        && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
+}
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -11768,6 +11912,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -11780,6 +11925,7 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -12036,6 +12182,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.kappa_ext = 1.0f;
     p.relax_step_length = 0.1f;
     p.relax_step_rotation = 0.1f;
+    p.cover = 0;
     p.relax_same_side = 0;
     p.contract_distance = 0.625f; /* (1 + 0.25) d_max */
     p.min_angle = 20.0f;
@@ -12079,6 +12226,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.5f;
+    p.cover = 1;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -12123,6 +12271,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(cover, 0, 1);
     SPRINGLS__IN(relax_same_side, 0, 1);
     SPRINGLS__IN(reshape, 0, 1);
     SPRINGLS__IN(resample_last, 0, 1);
@@ -16205,7 +16354,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 699 \"springls.h\"\n",
+    "#line 700 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16253,6 +16402,7 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
     "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
     "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
+    "    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */\n",
     "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
@@ -16302,7 +16452,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1482 \"springls.h\"\n",
+    "#line 1484 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16376,7 +16526,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1557 \"springls.h\"\n",
+    "#line 1559 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16457,7 +16607,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1639 \"springls.h\"\n",
+    "#line 1641 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16533,7 +16683,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1716 \"springls.h\"\n",
+    "#line 1718 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16552,7 +16702,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1736 \"springls.h\"\n",
+    "#line 1738 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16567,7 +16717,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1752 \"springls.h\"\n",
+    "#line 1754 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16691,7 +16841,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1876 \"springls.h\"\n",
+    "#line 1878 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16717,7 +16867,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1903 \"springls.h\"\n",
+    "#line 1905 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16868,7 +17018,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2055 \"springls.h\"\n",
+    "#line 2057 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16883,7 +17033,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2070 \"springls.h\"\n",
+    "#line 2072 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17007,14 +17157,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2194 \"springls.h\"\n",
+    "#line 2196 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2202 \"springls.h\"\n",
+    "#line 2204 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17026,7 +17176,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2214 \"springls.h\"\n",
+    "#line 2216 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17041,7 +17191,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2230 \"springls.h\"\n",
+    "#line 2232 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17085,7 +17235,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2274 \"springls.h\"\n",
+    "#line 2276 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17100,7 +17250,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2289 \"springls.h\"\n",
+    "#line 2291 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17144,7 +17294,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2333 \"springls.h\"\n",
+    "#line 2335 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17216,7 +17366,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2407 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17231,7 +17381,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2421 \"springls.h\"\n",
+    "#line 2423 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17294,7 +17444,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2484 \"springls.h\"\n",
+    "#line 2486 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17309,7 +17459,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2499 \"springls.h\"\n",
+    "#line 2501 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17372,7 +17522,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2563 \"springls.h\"\n",
+    "#line 2565 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17680,7 +17830,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2872 \"springls.h\"\n",
+    "#line 2874 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18066,7 +18216,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3259 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18075,7 +18225,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3268 \"springls.h\"\n",
+    "#line 3270 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18090,7 +18240,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3284 \"springls.h\"\n",
+    "#line 3286 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18103,7 +18253,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3297 \"springls.h\"\n",
+    "#line 3299 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18118,7 +18268,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3312 \"springls.h\"\n",
+    "#line 3314 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18131,7 +18281,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3325 \"springls.h\"\n",
+    "#line 3327 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18345,7 +18495,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4022 \"springls.h\"\n",
+    "#line 4024 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18521,7 +18671,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4199 \"springls.h\"\n",
+    "#line 4201 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18604,7 +18754,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4283 \"springls.h\"\n",
+    "#line 4285 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18641,6 +18791,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)\n",
+    "{\n",
+    "    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;\n",
+    "    n = springls__normalize(springls__length(area2) > 2e-4f ? area2\n",
+    "                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;\n",
     "}\n",
     "\n",
     "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
@@ -18730,13 +18889,10 @@ static const char *const springls__kernel_lines[] = {
     "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    springls__v3 area2 = springls__tri_area2(t), n;\n",
-    "    float area = 0.5f * springls__length(area2);\n",
+    "    float area = 0.5f * springls__length(springls__tri_area2(t));\n",
     "    (void)args;\n",
     "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
-    "    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
-    "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
-    "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
+    "    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));\n",
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
@@ -18778,7 +18934,97 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4458 \"springls.h\"\n",
+    "#line 4466 \"springls.h\"\n",
+    "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
+    "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
+    "\n",
+    "/* What the neighbors of a springl add up to: their weights, and the third harmonic of their directions in its plane. */\n",
+    "typedef struct springls__surroundings { float weight, cosine, sine; } springls__surroundings;\n",
+    "\n",
+    "/* Halves the arms of springl i for relax: long ones reach across creases, and turn it too far. */\n",
+    "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    int m;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i])\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__lerp(s.p, s.q[m], 0.5f);\n",
+    "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the springl of codes[k] is in no code before (neighbors.h). */\n",
+    "SPRINGLS__MATHS bool springls__is_first_code(SPRINGLS__GLOBAL const int *codes, int k)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < k; j++)\n",
+    "        if (codes[j] >= 0 && codes[j] / 3 == codes[k] / 3) return false;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Adds up the neighbors of springl i, within r of it; u, v: its tangents. Those of the other side of a thin sheet do not count;\n",
+    "   those beyond a crease do. */\n",
+    "SPRINGLS__MATHS springls__surroundings springls__surroundings_of(const springls__model *model, int i, float r, springls__v3 u,\n",
+    "                                                                 springls__v3 v)\n",
+    "{\n",
+    "    const float opposite = -0.3f;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
+    "    springls__surroundings sum;\n",
+    "    int k;\n",
+    "    sum.weight = sum.cosine = sum.sine = 0.0f;\n",
+    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
+    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
+    "        springls__v3 d = springls__sub(o.p, p);\n",
+    "        float w = 1.0f - springls__length2(d) / (r * r), x = springls__dot(d, u), y = springls__dot(d, v);\n",
+    "        if (codes[k] < 0 || w <= 0.0f || !springls__is_first_code(codes, k)) continue;\n",
+    "        if (springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
+    "        w = w * w;\n",
+    "        sum.weight += w;\n",
+    "        sum.cosine += w * x * (x * x - 3.0f * y * y);\n",
+    "        sum.sine += w * y * (3.0f * x * x - y * y);\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
+    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
+    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
+    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
+    "}\n",
+    "\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
+    "{\n",
+    "    float along = springls__sqrt(c * c + s * s) + c;\n",
+    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share: the area over which the weights of its neighbors and its\n",
+    "   own add up to what they do where springls are even. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float r = 1.3f, overlap = 1.08f; /* voxels; area of the triangle over that of the share */\n",
+    "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n, u, v;\n",
+    "    springls__surroundings sum;\n",
+    "    float share;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        u = springls__first_arm(s, n);\n",
+    "        v = springls__cross(n, u);\n",
+    "        sum = springls__surroundings_of(model, i, r, u, v);\n",
+    "        share = 1.04719755f * r * r / (1.0f + sum.weight); /* (1 - d^2/r^2)^2 adds up to (pi/3) r^2 over an area of 1 */\n",
+    "        u = springls__turn_by_third(u, v, -sum.cosine, -sum.sine);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share, largest)), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "#line 4557 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18854,7 +19100,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4535 \"springls.h\"\n",
+    "#line 4634 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18880,7 +19126,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4562 \"springls.h\"\n",
+    "#line 4661 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18949,7 +19195,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4632 \"springls.h\"\n",
+    "#line 4731 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19077,7 +19323,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4761 \"springls.h\"\n",
+    "#line 4860 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19132,7 +19378,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4817 \"springls.h\"\n",
+    "#line 4916 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19147,7 +19393,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4832 \"springls.h\"\n",
+    "#line 4931 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19162,7 +19408,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4848 \"springls.h\"\n",
+    "#line 4947 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19173,7 +19419,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4859 \"springls.h\"\n",
+    "#line 4958 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19188,7 +19434,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4874 \"springls.h\"\n",
+    "#line 4973 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19199,7 +19445,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4885 \"springls.h\"\n",
+    "#line 4984 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19302,7 +19548,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4989 \"springls.h\"\n",
+    "#line 5088 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19781,7 +20027,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5469 \"springls.h\"\n",
+    "#line 5568 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19879,7 +20125,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5568 \"springls.h\"\n",
+    "#line 5667 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20008,7 +20254,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 5797 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20198,7 +20444,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5889 \"springls.h\"\n",
+    "#line 5988 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20307,7 +20553,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5999 \"springls.h\"\n",
+    "#line 6098 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20686,7 +20932,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6379 \"springls.h\"\n",
+    "#line 6478 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20837,7 +21083,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6531 \"springls.h\"\n",
+    "#line 6630 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20867,7 +21113,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6561 \"springls.h\"\n",
+    "#line 6660 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20882,7 +21128,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6577 \"springls.h\"\n",
+    "#line 6676 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21051,7 +21297,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6746 \"springls.h\"\n",
+    "#line 6845 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21066,7 +21312,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6761 \"springls.h\"\n",
+    "#line 6860 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21235,7 +21481,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6930 \"springls.h\"\n",
+    "#line 7029 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21269,7 +21515,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6965 \"springls.h\"\n",
+    "#line 7064 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21377,7 +21623,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7074 \"springls.h\"\n",
+    "#line 7173 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21474,7 +21720,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7172 \"springls.h\"\n",
+    "#line 7271 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21548,7 +21794,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7247 \"springls.h\"\n",
+    "#line 7346 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -21782,7 +22028,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7581 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22040,7 +22286,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7741 \"springls.h\"\n",
+    "#line 7840 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22051,6 +22297,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
+    "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
+    "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
     "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
@@ -22122,7 +22370,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22126 \"springls.h\"\n",
+    "#line 22374 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
