@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix. CC and CXX name the
+# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability. CC and CXX name the
 # compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -47,6 +47,17 @@ for group; do
             CL/cl.h opencl-headers"
         for c in gcc g++ clang; do need_command $c $c; done
         echo '#include <omp.h>' | clang -fopenmp -E - > /dev/null 2>&1 || need libomp-dev ;;
+    portability)   # compilers for other platforms, and what runs their programs
+        need_command clang clang
+        need_command musl-gcc musl-tools
+        for pair in i686:i386 aarch64:arm64 riscv64:riscv64 s390x:s390x; do
+            need_command ${pair%:*}-linux-gnu-gcc "gcc-${pair%:*}-linux-gnu libc6-dev-${pair#*:}-cross"
+        done
+        need_command arm-linux-gnueabihf-gcc "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross"
+        need_command qemu-aarch64 qemu-user
+        need_command x86_64-w64-mingw32-g++ g++-mingw-w64-x86-64
+        need_command wine "wine wine64"
+        need_command emcc "emscripten node-acorn" ;;
     opencl)   # a device that every machine can have: its processors, by PoCL
         headers="$headers
             CL/cl.h opencl-headers"
@@ -86,7 +97,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

@@ -145,6 +145,10 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -DSPRINGLS_TEST_OPENCL -o build/opencl_small tests/backend/opencl_small.c tests/library.c $(TEST_LIBS)
 	@tests/backend/oclgrind.sh build/opencl_small
 
+portability: deps-portability   ## the same bits from every compiler and platform at hand (PAGE=docs/platforms.md writes the page)
+	@$(MAKE) --no-print-directory springls.h
+	@tests/portability/platforms.sh $(PAGE)
+
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/portability/matrix.sh

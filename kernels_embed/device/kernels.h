@@ -22,12 +22,14 @@
 #include "../stages/track.h"
 #include "../stages/unsigned_distance.h"
 #include "../stages/unsigned_to_signed.h"
+#include "../stages/write.h"
 #include "../output/isosurface.h"
 
 /* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \

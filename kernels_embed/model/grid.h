@@ -118,6 +118,39 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
+/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+   voxels. */
+SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };
+    float w[9], sum = 0.0f;
+    int first[3], axis, d;
+    bool one_brick = true;
+    for (axis = 0; axis < 3; axis++) {
+        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
+        first[axis] = (int)nearest - 1;
+        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;
+        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
+        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
+        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
+    }
+    if (one_brick) {
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
+        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
+            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
+        return sum;
+    }
+    for (d = 0; d < 9; d++) {
+        int y = first[1] + d % 3, z = first[2] + d / 3;
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
+                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)
+                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));
+    }
+    return sum;
+}
+
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {

@@ -6,6 +6,17 @@
 #include "cell_list.h"
 #include "model.h"
 
+/* Two springls face against each other where the cosine of the angle between their normals is smaller. */
+#define SPRINGLS__FACING_AGAINST (-0.5f)
+
+/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
+SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
+    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
+}
+
 /* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
 SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
 {

@@ -75,17 +75,24 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
-SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
+   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
+   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
+   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
 {
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+    const float h = 1.5f, largest = 0.7f * h; /* voxels */
+    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
+    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
+    int k;
+    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */
+        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);
+        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;
+        d = springls__clamp(d, -largest, largest);
+        sum += d / (h * h - d * d);
+    }
+    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));
 }
 
 /* Names the flows that kernels compute without a callback (eq. 1). */
@@ -100,7 +107,8 @@ typedef struct springls__force_rule {
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    int euler, stop_at_topology, pad[1];
+    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
+    int euler, stop_at_topology;
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -133,7 +141,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
     return out;
 }
 
@@ -196,6 +204,18 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
+/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                                    springls__movers d)
+{
+    springls__v3 smoothing;
+    int m;
+    if (rule->smoothing == 0.0f) return d;
+    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
+    return d;
+}
+
 /* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
@@ -208,7 +228,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__displacement_of(model, &rule, at);
+    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);

@@ -5,6 +5,7 @@
 #include "../model/cell_list.h"
 #include "../model/grid.h"
 #include "../model/model.h"
+#include "../model/neighborhood.h"
 
 /* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
 #define SPRINGLS__SAME_SIDE 0.3f
@@ -109,6 +110,28 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
+/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
+{
+    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const int enough = 2, enough_beside = 3;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other, across = 0, facing = 0, beside = 0;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
+        float d2 = springls__length2(d), ahead = springls__dot(d, n);
+        if (other == i || d2 > r * r) continue;
+        beside += springls__dot(n, m) > 0.5f;
+        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;
+        across += springls__across_gap(d, n, m);
+        facing++;
+    }
+    return beside >= enough_beside && across >= enough && 2 * across >= facing;
+}
+
 /* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
    zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
@@ -123,10 +146,12 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
+    bool buried = model->params.project_level_set && springls__is_buried(model, s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+        *action = SPRINGLS__REMOVE;
     else if (!model->set.mask[i]
              && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;

@@ -67,10 +67,10 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
 {
-    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the

@@ -239,9 +239,10 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
+   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
-                                             springls__v3 normal)
+                                             springls__v3 normal, float side)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -250,15 +251,14 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
-                return true;
+            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;
+            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
-   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
-   break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
+   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -271,8 +271,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && springls__can_nucleate(phi, f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);

@@ -513,13 +513,6 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
 SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                       const float *correspondences, int count)
 {

@@ -33,7 +33,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
+   Compile the implementation with -O3, and with -fopenmp for threads.
 
 
    STEP BY STEP
@@ -44,7 +44,7 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -121,9 +121,9 @@
                                                    it. After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
-     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
-                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
-                                                   after phi has been carried
+                              advect               in a step, also moves springls by evolve_step lambda times the curvature, as
+                                                   one iteration of eq. 23 would move phi: see CURVATURE
+     evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -183,7 +183,7 @@
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
-     lambda     curvature            of eq. 22; positive smooths                         0         0
+     lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
@@ -202,6 +202,22 @@
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
 
 
+   CURVATURE
+
+   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   numbers smooth by it:
+
+     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
+                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
+                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
+                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
+                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
+                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+
+   Steps are stable up to about one voxel^2 of weight times dt.
+
+
    SHARP EDGES
 
    With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
@@ -215,6 +231,23 @@
    less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
    mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
    springls at edges.
+
+
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
 
 
    ATTRIBUTES
@@ -307,9 +340,9 @@
    DETERMINISM
 
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
-   provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
-   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
+   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
    own. Force callbacks must be deterministic too.
 
 

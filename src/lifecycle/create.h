@@ -162,13 +162,14 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
+/* Computes a*a + c, which is 0 when a*a is rounded and 2^-24 when it is not, and (c + b) - b, which is 0 unless sums are
+   reordered. Volatile operands keep the compiler from computing either by itself. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
-    volatile float x = 1.0f + 1.0f / 4096.0f;
-    float a = x, product = a * a;
-    volatile float rounded = product;
-    return a * a - rounded != 0.0f;
+    volatile float operands[3] = { 1.0f + 1.0f / 4096.0f, -(1.0f + 1.0f / 2048.0f), 1073741824.0f };
+    float a = operands[0], c = operands[1], b = operands[2];
+    float product = a * a, sum = c + b;
+    return product + c != 0.0f || sum - b != 0.0f;
 }
 
 #endif

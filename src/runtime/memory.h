@@ -44,7 +44,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
     if (buffer->data) bytes += bytes / 2;
     memory = springls__allocate(ctx, bytes);
-    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %zu bytes refused", bytes);
+    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
     springls__release(ctx, buffer->data, buffer->bytes);
     buffer->data = memory;

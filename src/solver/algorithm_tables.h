@@ -99,6 +99,15 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
+/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
+   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
+{
+    float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
+    float limit = 0.25f * max_displacement; /* curvature is clamped at 2 */
+    return max_displacement > 0.0f ? springls__clamp(smoothing, -limit, limit) : smoothing;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
@@ -111,6 +120,8 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
+    if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
+        ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
     return SPRINGLS_OK;
 }
 

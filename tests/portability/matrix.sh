@@ -94,6 +94,11 @@ installed() {
 }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
+# The library without any flag, on the machine's own instructions, which may be able to fuse; the callbacks of the program do not.
+plain_lives() {
+    "$@" -O2 -march=native -I. -c -o $w/library.o tests/library.c &&
+        "$@" -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c $w/library.o -lm -pthread && $w/hashes > $out/lives.${w##*/}
+}
 same_lives() {
     local first= other
     for other in $out/lives.*; do
@@ -143,6 +148,7 @@ for cc in gcc clang; do
     check "$cc: what is installed is complete" installed "$cc -std=c99"
     check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
     for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
+    check "$cc, no -std and no -ffp-contract: histories" plain_lives $cc
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
 done
 wait

@@ -627,7 +627,7 @@ TEST curvature_shrinks_spheres(void)
         ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 0.2f));
         for (i = 0; i < springls_count(ctx); i++) after += d3_distance(d3_of(fixture_particle(ctx, i)), center);
         moved[k] = (before - after) / springls_count(ctx);
-        ASSERT_IN_RANGE(0.1 * 2.0 / (double)radius, moved[k], 0.1 * 2.0 / (double)radius * 0.1);
+        ASSERT_IN_RANGE(0.1 * 2.0 / (double)radius, moved[k], 0.1 * 2.0 / (double)radius * 0.02);
         springls_destroy(ctx);
     }
     ASSERT_GT(moved[0], moved[1]);

@@ -108,6 +108,7 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
     float wind[3] = { 0.5f, 0.2f, 0.0f }, speed;
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, scenario == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.6f);
+    springls_step_desc follow = fixture_step(NULL, SPRINGLS_MODE_FLUID, 0.0f);
     springls_params params = scenario == FLUID_PAPER ? springls_paper_params() : springls_default_params();
     int i, half = p->mesh.triangle_count / 2;
     params.resample_period = 2;
@@ -150,6 +151,8 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
         count(o, ctx, springls_fill_gaps(ctx));
         count(o, ctx, springls_track(ctx));
         count(o, ctx, springls_unsigned_to_signed(ctx));
+        if (springls_count(ctx) > 0) count(o, ctx, springls_write(ctx, 0, 1, p->vertices, NULL));
+        count(o, ctx, springls_step(ctx, &follow));
         break;
     case FRAMES:
         count(o, ctx, springls_set_implicit(ctx, springls_implicit_sphere, &p->ball));

@@ -128,23 +128,34 @@ static int bodies(springls_context *ctx)
     return n;
 }
 
-/* Two spheres are pushed together: apart as long as there is a voxel between them, then one part without a wall inside. */
+/* Carries each of two bodies along the x axis by its own speed: the side of a correspondence tells them apart. */
+static void toward_velocity(void *user, const float *x, const float *a, int count, float time, float *out)
+{
+    const squeeze *s = (const squeeze *)user;
+    int i;
+    (void)x, (void)time;
+    memset(out, 0, (size_t)count * 12 * sizeof *out);
+    for (i = 0; i < count; i++) out[12 * i + 3] = a[3 * i] > s->center ? s->speed : -s->speed;
+}
+
+/* Two spheres are pushed into each other: apart as long as there is a voxel between them, then one part without a wall inside. */
 TEST spheres_merge(void)
 {
     dumbbell shape = { 23.5f, 6.7f, 4.8f, 0.0f };
-    squeeze flow = { 23.5f, -16.8f, 2.4f };
+    squeeze flow = { 23.5f, -12.0f, 0.0f };
     springls_context *ctx = make_dumbbell(&shape);
-    springls_forces forces = fixture_forces(squeeze_velocity, &flow);
+    springls_forces forces = { 0 };
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.0125f);
     springls_measures m;
     int i;
-    step.max_displacement = 1.0f;
+    forces.affine = toward_velocity;
+    forces.user = &flow;
     for (i = 0; i < 8; i++) ASSERT_OK(springls_step(ctx, &step));
     ASSERT_OK(springls_measure(ctx, &m));
-    ASSERT_EQ(2, m.components); /* at time 0.1 the gap is 1.3 voxels */
-    for (; i < 28; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(2, m.components); /* at time 0.1 the gap is 1.4 voxels */
+    for (; i < 32; i++) ASSERT_OK(springls_step(ctx, &step));
     flow.speed = 0.0f;
-    for (; i < 40; i++) ASSERT_OK(springls_step(ctx, &step));
+    for (; i < 42; i++) ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(1, bodies(ctx));
     ASSERT_EQ(0, deep_springls(ctx, 1.0f));
     springls_destroy(ctx);
@@ -288,12 +299,13 @@ TEST contract_keeps_the_sheet(void)
     PASS();
 }
 
-/* What two merged bodies have left inside goes, though its sides oppose each other: they face each other, and phi is inside. */
+/* What two merged bodies have left inside goes, though its sides oppose each other: they have passed through each other, and phi is
+   inside. */
 TEST contract_removes_a_wall(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 16.0f, 16.0f, 16.0f, 10.0f);
     fixture_clear(ctx);
-    lay_sheet(ctx, 0.2, 13.0, 18.9, -1);
+    lay_sheet(ctx, 0.2, 13.0, 18.9, 1);
     lay_sheet(ctx, 1.5, 13.0, 18.9, 1);
     ASSERT_OK(springls_contract(ctx));
     ASSERT_EQ(0, springls_count(ctx));

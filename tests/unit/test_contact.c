@@ -1,0 +1,202 @@
+/* test_contact.c - bodies that come closer than a voxel part again as they were. */
+#include "fixtures.h"
+#include "../../src/stages/contract.h"
+#include "../../src/stages/project.h"
+#include "../../src/stages/relax.h"
+
+/* ---- two bodies that are carried towards each other along x and away again, by an exact flow ---- */
+
+typedef enum body_shape { BALLS, BALL_AND_PLATE, FINGERS } body_shape;
+
+/* The plane x = center parts the two bodies; gap: of the model that is set. */
+typedef struct meeting { body_shape shape; double center, gap, speed; } meeting;
+
+static double ball(double x, double y, double z, double r) { return sqrt(x * x + y * y + z * z) - r; }
+
+static double rounded_box(double x, double y, double z, const double half[3], double r)
+{
+    double qx = fabs(x) - half[0] + r, qy = fabs(y) - half[1] + r, qz = fabs(z) - half[2] + r;
+    double inner = fmin(fmax(qx, fmax(qy, qz)), 0.0);
+    return ball(fmax(qx, 0.0), fmax(qy, 0.0), fmax(qz, 0.0), r) + inner;
+}
+
+/* A finger along y from a base at y = -10. */
+static double fingers(double x, double y, double z, double gap)
+{
+    static const double half[3] = { 12.0, 4.0, 6.0 };
+    double up = y > 9.0 ? y - 9.0 : y < -10.0 ? y + 10.0 : 0.0, finger = ball(fabs(x) - 0.5 * gap - 3.5, up, z, 3.5);
+    double base = rounded_box(x, y + 10.0, z, half, 3.0), blend = fmax(4.0 - fabs(finger - base), 0.0);
+    return fmin(finger, base) - blend * blend / 16.0;
+}
+
+static void meeting_distance(void *user, const float *points, int count, float *out)
+{
+    static const double half[3] = { 4.0, 10.0, 10.0 };
+    const meeting *m = (const meeting *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3) {
+        double x = points[0] - m->center, y = points[1] - m->center, z = points[2] - m->center, at = 0.5 * m->gap;
+        if (m->shape == BALLS) out[i] = (float)ball(fabs(x) - at - 5.0, y, z, 5.0);
+        else if (m->shape == FINGERS) out[i] = (float)fingers(x, y, z, m->gap);
+        else out[i] = (float)fmin(ball(x + at + 5.0, y, z, 5.0), rounded_box(x - at - 4.0, y, z, half, 3.0));
+    }
+}
+
+/* Moves the two sides of the plane apart as rigid bodies; fingers bend, the more the further from their base. */
+static void meeting_velocity(void *user, const float *x, int count, float time, float *v)
+{
+    const meeting *m = (const meeting *)user;
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++, x += 3, v += 3) {
+        double bend = m->shape == FINGERS ? fmax((double)x[1] - m->center + 10.0, 0.0) / 20.0 : 1.0;
+        v[0] = (float)((x[0] > m->center ? m->speed : -m->speed) * bend * bend);
+        v[1] = v[2] = 0.0f;
+    }
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns the distance that 99 of 100 particles are within, of where they were. */
+static double displaced(springls_context *ctx)
+{
+    int i, count = springls_count(ctx);
+    springls_view a = springls_view_correspondences(ctx);
+    double *d = (double *)malloc((size_t)count * sizeof *d), p99;
+    for (i = 0; i < count; i++) {
+        const float *from = (const float *)(const void *)((const char *)a.data + (size_t)i * a.stride);
+        d[i] = d3_distance(d3_of(fixture_particle(ctx, i)), d3_make(from[0], from[1], from[2]));
+    }
+    qsort(d, (size_t)count, sizeof *d, by_size);
+    p99 = d[count * 99 / 100];
+    free(d);
+    return p99;
+}
+
+static springls_status steps(springls_context *ctx, const springls_step_desc *step, int count)
+{
+    springls_status status = SPRINGLS_OK;
+    while (count-- > 0 && status == SPRINGLS_OK) status = springls_step(ctx, step);
+    return status;
+}
+
+/* Pressed together to a gap, held, and drawn apart, bodies are what they were. */
+TEST bodies_part(body_shape shape, double gap)
+{
+    meeting flow = { shape, 23.7, 3.0 + gap, 0.0 };
+    springls_context *ctx = fixture_context(48, NULL);
+    springls_forces forces = fixture_forces(meeting_velocity, &flow);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
+    springls_measures first, m;
+    ASSERT_OK(springls_set_implicit(ctx, meeting_distance, &flow));
+    ASSERT_OK(steps(ctx, &step, 5)); /* at rest: the first resampling */
+    ASSERT_OK(springls_measure(ctx, &first));
+    flow.speed = -1.5;
+    ASSERT_OK(steps(ctx, &step, 20));
+    flow.speed = 0.0;
+    ASSERT_OK(steps(ctx, &step, 50));
+    flow.speed = 1.5;
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(shape == FINGERS ? 1 : 2, m.components);
+    ASSERT_EQ(shape == FINGERS ? 2 : 4, m.euler);
+    ASSERT_IN_RANGE(first.volume, m.volume, 1e-3 * first.volume);
+    ASSERT_LT(displaced(ctx), 0.1);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* ---- the rules, alone ---- */
+
+/* Springls side by side in a square across z, at height z, facing up (1) or down (-1). */
+static void lay_side(springls_context *ctx, float z, int facing)
+{
+    float x, y;
+    for (y = 13.0f; y < 19.0f; y += 0.7f)
+        for (x = 13.0f; x < 19.0f; x += 0.7f) {
+            float up = 0.433f * (float)facing;
+            fixture_add(ctx, springls__v3_make(x + 0.5f, y, z), springls__v3_make(x - 0.25f, y + up, z),
+                        springls__v3_make(x - 0.25f, y - up, z));
+        }
+}
+
+/* The two sides of a gap stay though phi is inside all around; those of bodies that have passed through each other go, and so do
+   both with the switch off. */
+TEST contract_keeps_a_gap(float gap, int keep_thin)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    int count;
+    p.keep_thin = keep_thin;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 16.0f - 0.5f * gap, 1);
+    lay_side(ctx, 16.0f + 0.5f * gap, -1);
+    count = springls_count(ctx);
+    ASSERT_OK(springls_contract(ctx));
+    ASSERT_EQ(gap > 0.0f && keep_thin ? count : 0, springls_count(ctx));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Across a gap springls do not pull each other; the sides of a sheet do. */
+TEST neighbors_are_of_one_body(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 16.0f, 16.0f, 16.0f, 10.0f);
+    int side, i, k, across = 0;
+    fixture_clear(ctx);
+    lay_side(ctx, 15.9f, 1);
+    side = springls_count(ctx);
+    lay_side(ctx, 16.1f, -1);
+    ASSERT_OK(springls_relax(ctx));
+    for (i = 0; i < side; i++)
+        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
+    ASSERT_EQ(0, across);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Between two sides that face each other phi opens, where it had closed. */
+TEST a_gap_opens(int nucleate)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    const springls__grid *g;
+    p.nucleate = nucleate;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 15.6f, 1);
+    lay_side(ctx, 16.4f, -1);
+    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
+    g = &fixture_here(ctx)->grid;
+    if (nucleate) ASSERT_IN_RANGE(0.4f, springls__grid_phi(g, g->phi, 16, 16, 16), 0.05f);
+    else ASSERT_LT(springls__grid_phi(g, g->phi, 16, 16, 16), 0.0f);
+    springls_destroy(ctx);
+    PASS();
+}
+
+SUITE(contact)
+{
+    RUN_TESTp(bodies_part, BALLS, 0.25);
+    RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
+    RUN_TESTp(bodies_part, FINGERS, 0.25);
+    RUN_TESTp(contract_keeps_a_gap, 0.4f, 1);
+    RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
+    RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
+    RUN_TEST(neighbors_are_of_one_body);
+    RUN_TESTp(a_gap_opens, 1);
+    RUN_TESTp(a_gap_opens, 0);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(contact);
+    GREATEST_MAIN_END();
+}
