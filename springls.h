@@ -30,14 +30,14 @@
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
+     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
+     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
+     >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>cover:kernel         kernels_embed/stages/cover.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
-     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
-     >>winding:kernel       kernels_embed/language/winding.h
      >>fit:kernel           kernels_embed/model/fit.h
-     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>project:kernel       kernels_embed/stages/project.h
      >>project_body:kernel  kernels_embed/stages/project_body.h
      >>track:kernel         kernels_embed/stages/track.h
@@ -52,6 +52,7 @@
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
@@ -94,6 +95,7 @@
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
+     >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
@@ -145,7 +147,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
+   Compile the implementation with -O3, and with -fopenmp for threads.
 
    STEP BY STEP
 
@@ -155,7 +157,7 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -230,9 +232,9 @@
                                                    it. After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
-     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
-                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
-                                                   after phi has been carried
+                              advect               in a step, also moves springls by evolve_step lambda times the curvature, as
+                                                   one iteration of eq. 23 would move phi: see CURVATURE
+     evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -291,7 +293,7 @@
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
-     lambda     curvature            of eq. 22; positive smooths                         0         0
+     lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
@@ -309,6 +311,21 @@
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
 
+   CURVATURE
+
+   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   numbers smooth by it:
+
+     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
+                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
+                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
+                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
+                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
+                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+
+   Steps are stable up to about one voxel^2 of weight times dt.
+
    SHARP EDGES
 
    With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
@@ -322,6 +339,22 @@
    less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
    mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
    springls at edges.
+
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
 
    ATTRIBUTES
 
@@ -407,9 +440,9 @@
    DETERMINISM
 
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
-   provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
-   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
+   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
    own. Force callbacks must be deterministic too.
 
    LIMITS
@@ -533,6 +566,7 @@
   #define springls_implicit_notched_sphere SPRINGLS__NAME(springls_implicit_notched_sphere)
   #define springls_set_springls SPRINGLS__NAME(springls_set_springls)
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
+  #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
@@ -768,7 +802,7 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* lambda of eq. 22: positive smooths                                                 */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
@@ -867,7 +901,7 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, springls_write and springls_set_relax_mask change the model that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
    welded. */
@@ -940,6 +974,23 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
+
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
@@ -958,6 +1009,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -975,13 +1044,17 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
+    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
+                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
 } springls_forces;
 
@@ -1037,9 +1110,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -1433,8 +1507,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
    them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
-   implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, or reorders sums, and
+   so breaks the promise of equal bits: compile the implementation without -ffast-math, with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
@@ -1449,6 +1523,12 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 #ifdef SPRINGLS_IMPLEMENTATION
 #ifndef SPRINGLS_IMPLEMENTED
 #define SPRINGLS_IMPLEMENTED
+
+/* Equal bits need a*b+c rounded twice. Clang and OpenCL have a pragma (compat.h), GCC takes an option. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
 
 
 /* ======== >>base  (src/runtime/base.h) ========================================================================= */
@@ -1491,6 +1571,9 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
+
+/* write: the number of the first springl, and which of its parts the caller gives. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
@@ -1539,6 +1622,7 @@ typedef union springls__arguments {
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
+    springls__write_arguments write;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -2605,10 +2689,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what moves springls on a device (advect.h). */
+/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
-    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
+    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
@@ -2985,6 +3070,39 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
                + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+}
+
+/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+   voxels. */
+SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };
+    float w[9], sum = 0.0f;
+    int first[3], axis, d;
+    bool one_brick = true;
+    for (axis = 0; axis < 3; axis++) {
+        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
+        first[axis] = (int)nearest - 1;
+        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;
+        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
+        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
+        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
+    }
+    if (one_brick) {
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
+        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
+            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
+        return sum;
+    }
+    for (d = 0; d < 9; d++) {
+        int y = first[1] + d % 3, z = first[2] + d / 3;
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
+                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)
+                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));
+    }
+    return sum;
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
@@ -3384,17 +3502,24 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
-SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
+   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
+   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
+   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
 {
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+    const float h = 1.5f, largest = 0.7f * h; /* voxels */
+    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
+    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
+    int k;
+    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */
+        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);
+        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;
+        d = springls__clamp(d, -largest, largest);
+        sum += d / (h * h - d * d);
+    }
+    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));
 }
 
 /* Names the flows that kernels compute without a callback (eq. 1). */
@@ -3409,7 +3534,8 @@ typedef struct springls__force_rule {
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    int euler, stop_at_topology, pad[1];
+    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
+    int euler, stop_at_topology;
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -3442,7 +3568,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
     return out;
 }
 
@@ -3505,6 +3631,18 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
+/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                                    springls__movers d)
+{
+    springls__v3 smoothing;
+    int m;
+    if (rule->smoothing == 0.0f) return d;
+    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
+    return d;
+}
+
 /* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
@@ -3517,7 +3655,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__displacement_of(model, &rule, at);
+    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
@@ -3822,7 +3960,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
     if (buffer->data) bytes += bytes / 2;
     memory = springls__allocate(ctx, bytes);
-    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %zu bytes refused", bytes);
+    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
     springls__release(ctx, buffer->data, buffer->bytes);
     buffer->data = memory;
@@ -4197,6 +4335,170 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
     return SPRINGLS__ALL_AROUND;
 }
 
+/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
+
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
+
+typedef struct springls__angular_gaps {
+    springls__v3 e1, e2;                      /* the tangent frame  */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
+    int count;
+} springls__angular_gaps;
+
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
+{
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
+}
+
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+{
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    angle = springls__atan2(v, u);
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
+}
+
+/* The two widest gaps (radians), and the direction that halves the widest. */
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
+
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+{
+    const float turn = 6.28318531f;
+    springls__widest_gap widest;
+    float from, middle;
+    int i;
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
+    }
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
+}
+
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+{
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
+}
+
+/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
+
+/* Two springls face against each other where the cosine of the angle between their normals is smaller. */
+#define SPRINGLS__FACING_AGAINST (-0.5f)
+
+/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
+SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
+    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__angular_gaps_widest(gaps);
+}
+
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__spans_sheet(gaps) != 0;
+}
+
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
@@ -4238,6 +4540,13 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
+/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
+    return model->params.keep_thin && springls__across_gap(d, n, m);
+}
+
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
    last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -4266,7 +4575,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
+        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -4387,6 +4696,28 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
+/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
+{
+    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const int enough = 2, enough_beside = 3;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other, across = 0, facing = 0, beside = 0;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
+        float d2 = springls__length2(d), ahead = springls__dot(d, n);
+        if (other == i || d2 > r * r) continue;
+        beside += springls__dot(n, m) > 0.5f;
+        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;
+        across += springls__across_gap(d, n, m);
+        facing++;
+    }
+    return beside >= enough_beside && across >= enough && 2 * across >= facing;
+}
+
 /* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
    zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
@@ -4401,10 +4732,12 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
+    bool buried = model->params.project_level_set && springls__is_buried(model, s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+        *action = SPRINGLS__REMOVE;
     else if (!model->set.mask[i]
              && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -4630,103 +4963,6 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
     }
 }
 
-/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-
-/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
-   two of them is wide, springls are missing or the surface ends. */
-
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
-
-typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;                      /* the tangent frame  */
-    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
-    int count;
-} springls__angular_gaps;
-
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
-{
-    springls__angular_gaps gaps;
-    gaps.e1 = springls__any_tangent(n);
-    gaps.e2 = springls__cross(n, gaps.e1);
-    gaps.count = 0;
-    return gaps;
-}
-
-/* Adds a neighbor at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
-{
-    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
-    angle = springls__atan2(v, u);
-    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
-    gaps.angle[i] = angle;
-    gaps.count++;
-    return gaps;
-}
-
-/* The two widest gaps (radians), and the direction that halves the widest. */
-typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
-
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
-{
-    const float turn = 6.28318531f;
-    springls__widest_gap widest;
-    float from, middle;
-    int i;
-    widest.angle = turn;
-    widest.second = 0.0f;
-    widest.middle = gaps.e1;
-    if (gaps.count == 0) return widest;
-    from = gaps.angle[gaps.count - 1];
-    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < gaps.count; i++) {
-        float angle = gaps.angle[i] - gaps.angle[i - 1];
-        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
-        if (angle <= widest.angle) continue;
-        widest.angle = angle;
-        from = gaps.angle[i - 1];
-    }
-    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
-    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                  springls__scale(gaps.e2, springls__sinpi(middle)));
-    return widest;
-}
-
-/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
-   two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
-{
-    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
-}
-
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
 /* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
    functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
@@ -4856,62 +5092,6 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
-/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
-
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
-{
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__angular_gaps_widest(gaps);
-}
-
-/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
-   a voxel may break. Particles of both sides count; those right above or below have no direction. */
-SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__spans_sheet(gaps) != 0;
-}
-
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
@@ -5028,10 +5208,10 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
 {
-    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
@@ -6327,9 +6507,10 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
+   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
-                                             springls__v3 normal)
+                                             springls__v3 normal, float side)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -6338,15 +6519,14 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
-                return true;
+            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;
+            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
-   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
-   break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
+   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6359,8 +6539,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && springls__can_nucleate(phi, f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
@@ -7577,6 +7757,32 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
+/* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
+/* write.h - springls that the caller moves. */
+
+/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
+{
+    springls__tri_hit before = springls__tri_closest(from, p);
+    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);
+    return springls__add(after.point, springls__sub(p, before.point));
+}
+
+/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given stays where it is in its triangle. */
+SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
+{
+    int n = args.write.first + i, m;
+    springls__springl s = model->set.s[n], old = s;
+    if (args.write.particles) s.p = model->force.written_particles[i];
+    if (args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];
+    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);
+    if (!args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
+    model->set.s[n] = springls__springl_finished(s);
+}
+
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
    four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
@@ -7845,6 +8051,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
@@ -8889,6 +9096,13 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
 /* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
@@ -9059,36 +9273,44 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* Writes sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
-                                 springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
     float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -9099,35 +9321,16 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
+                                   forces->curvature_weight);
     }
 }
 
-/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
-                                   float time, springls__v3 *slope)
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
 {
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(motion, x, count, time, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    if (!motion->forces.affine) return;
-    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -9137,6 +9340,54 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
+}
+
+/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
+   springls of the block. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    if (forces->affine) {
+        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, batch, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
@@ -9160,29 +9411,37 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
-    const springls__v3 *a = motion->ctx->model.set.a + first;
-    int i, m, n = SPRINGLS__MOVERS * count;
+    springls_batch batch;
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.springls = springls;
+    batch.ids = motion->ctx->model.set.id + first;
+    batch.count = count;
     for (i = 0; i < count; i++) {
+        springls[i] = first + i;
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = motion->displacement[first + i].x;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
-            memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
+        const springls__grid *g = &motion->ctx->model.grid;
+        springls__movers d;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[first + i] = d;
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
@@ -9238,11 +9497,11 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
@@ -9269,7 +9528,8 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -11766,6 +12026,15 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
+/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
+   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
+{
+    float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
+    float limit = 0.25f * max_displacement; /* curvature is clamped at 2 */
+    return max_displacement > 0.0f ? springls__clamp(smoothing, -limit, limit) : smoothing;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
@@ -11778,6 +12047,8 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
+    if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
+        ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
     return SPRINGLS_OK;
 }
 
@@ -12015,10 +12286,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
         || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
+                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -12027,7 +12298,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     springls__abandon_step(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
-    ctx->step.forces = *step->forces;
+    if (step->forces) ctx->step.forces = *step->forces;
     ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
@@ -12456,13 +12727,14 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
+/* Computes a*a + c, which is 0 when a*a is rounded and 2^-24 when it is not, and (c + b) - b, which is 0 unless sums are
+   reordered. Volatile operands keep the compiler from computing either by itself. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
-    volatile float x = 1.0f + 1.0f / 4096.0f;
-    float a = x, product = a * a;
-    volatile float rounded = product;
-    return a * a - rounded != 0.0f;
+    volatile float operands[3] = { 1.0f + 1.0f / 4096.0f, -(1.0f + 1.0f / 2048.0f), 1073741824.0f };
+    float a = operands[0], c = operands[1], b = operands[2];
+    float product = a * a, sum = c + b;
+    return product + c != 0.0f || sum - b != 0.0f;
 }
 
 /* ======== >>shapes  (src/input/shapes.h) ======================================================================= */
@@ -13304,13 +13576,6 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
 SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                       const float *correspondences, int count)
 {
@@ -13855,6 +14120,79 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
     springls__mesh_intake_free(ctx, &intake);
     return status;
+}
+
+/* ======== >>write  (src/input/write.h) ========================================================================= */
+/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+
+/* Sends one of the caller's arrays to the device. NULL: nothing. */
+SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
+                                                         size_t points)
+{
+    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+}
+
+/* Writes springls on the device: what goes there is the range alone. */
+SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
+                                                       const float *vertices, const float *particles)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+}
+
+/* Writes a range of springls. A part that is NULL follows the other. */
+SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
+                                             const float *particles)
+{
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.write.first = first;
+    args.write.vertices = vertices != NULL;
+    args.write.particles = particles != NULL;
+    if (ctx->on_device) {
+        springls_status status = springls__write_on_device(ctx, &args, count, vertices, particles);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    ctx->model.force.written_vertices = (springls__v3 *)(void *)vertices;
+    ctx->model.force.written_particles = (springls__v3 *)(void *)particles;
+    springls__run(ctx, SPRINGLS__KERNEL_write, count, &args);
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
+{
+    size_t i, n = points ? (size_t)count * (size_t)each : 0;
+    for (i = 0; i < n; i++)
+        if (!springls__valid_point(points + 3 * i))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+                                  first + (int)(i / (size_t)each));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (first < 0 || count < 0 || first > ctx->model.set.count - count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
+                              ctx->model.set.count);
+    if (count == 0) return SPRINGLS_OK;
+    if (!vertices && !particles)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
+    SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
+    SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__write(ctx, first, count, vertices, particles);
+    ctx->calls--;
+    if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
@@ -16354,7 +16692,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 700 \"springls.h\"\n",
+    "#line 734 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16426,7 +16764,7 @@ static const char *const springls__kernel_lines[] = {
     "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
     "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
-    "    float curvature;         /* lambda of eq. 22: positive smooths                                                 */\n",
+    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
@@ -16452,7 +16790,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1484 \"springls.h\"\n",
+    "#line 1564 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16463,6 +16801,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -16511,6 +16852,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__contract_arguments contract;\n",
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
+    "    springls__write_arguments write;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -16526,7 +16868,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1559 \"springls.h\"\n",
+    "#line 1643 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16607,7 +16949,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1641 \"springls.h\"\n",
+    "#line 1725 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16683,7 +17025,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1718 \"springls.h\"\n",
+    "#line 1802 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16702,7 +17044,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1738 \"springls.h\"\n",
+    "#line 1822 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16717,7 +17059,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1754 \"springls.h\"\n",
+    "#line 1838 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16841,7 +17183,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1878 \"springls.h\"\n",
+    "#line 1962 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16867,7 +17209,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1905 \"springls.h\"\n",
+    "#line 1989 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -17018,7 +17360,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2057 \"springls.h\"\n",
+    "#line 2141 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17033,7 +17375,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2072 \"springls.h\"\n",
+    "#line 2156 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17157,14 +17499,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2196 \"springls.h\"\n",
+    "#line 2280 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2204 \"springls.h\"\n",
+    "#line 2288 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17176,7 +17518,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2300 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17191,7 +17533,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2316 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17235,7 +17577,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2276 \"springls.h\"\n",
+    "#line 2360 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17250,7 +17592,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2291 \"springls.h\"\n",
+    "#line 2375 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17294,7 +17636,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2335 \"springls.h\"\n",
+    "#line 2419 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17366,7 +17708,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2407 \"springls.h\"\n",
+    "#line 2491 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17381,7 +17723,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2423 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17444,7 +17786,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2486 \"springls.h\"\n",
+    "#line 2570 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17459,7 +17801,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2501 \"springls.h\"\n",
+    "#line 2585 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17522,7 +17864,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2565 \"springls.h\"\n",
+    "#line 2649 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17566,10 +17908,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what moves springls on a device (advect.h). */\n",
+    "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \\\n",
+    "    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
@@ -17830,7 +18173,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2874 \"springls.h\"\n",
+    "#line 2959 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17945,6 +18288,39 @@ static const char *const springls__kernel_lines[] = {
     "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
     "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
+    "}\n",
+    "\n",
+    "/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between\n",
+    "   voxels. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };\n",
+    "    float w[9], sum = 0.0f;\n",
+    "    int first[3], axis, d;\n",
+    "    bool one_brick = true;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;\n",
+    "        first[axis] = (int)nearest - 1;\n",
+    "        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;\n",
+    "        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);\n",
+    "        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);\n",
+    "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
+    "    }\n",
+    "    if (one_brick) {\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
+    "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
+    "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
+    "        return sum;\n",
+    "    }\n",
+    "    for (d = 0; d < 9; d++) {\n",
+    "        int y = first[1] + d % 3, z = first[2] + d / 3;\n",
+    "        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)\n",
+    "                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)\n",
+    "                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));\n",
+    "    }\n",
+    "    return sum;\n",
     "}\n",
     "\n",
     "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
@@ -18216,7 +18592,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3379 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18225,7 +18601,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3270 \"springls.h\"\n",
+    "#line 3388 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18240,7 +18616,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3286 \"springls.h\"\n",
+    "#line 3404 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18253,7 +18629,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3299 \"springls.h\"\n",
+    "#line 3417 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18268,7 +18644,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3314 \"springls.h\"\n",
+    "#line 3432 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18281,7 +18657,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3327 \"springls.h\"\n",
+    "#line 3445 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18342,17 +18718,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */\n",
-    "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
+    "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
+    "   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six\n",
+    "   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of\n",
+    "   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    float c = springls__grid_sample(g, g->phi, x);\n",
-    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
-    "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
+    "    const float h = 1.5f, largest = 0.7f * h; /* voxels */\n",
+    "    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));\n",
+    "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
+    "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */\n",
+    "        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);\n",
+    "        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;\n",
+    "        d = springls__clamp(d, -largest, largest);\n",
+    "        sum += d / (h * h - d * d);\n",
+    "    }\n",
+    "    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));\n",
     "}\n",
     "\n",
     "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
@@ -18367,7 +18750,8 @@ static const char *const springls__kernel_lines[] = {
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
-    "    int euler, stop_at_topology, pad[1];\n",
+    "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
+    "    int euler, stop_at_topology;\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -18400,7 +18784,7 @@ static const char *const springls__kernel_lines[] = {
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
     "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -18463,6 +18847,18 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
+    "/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */\n",
+    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                    springls__movers d)\n",
+    "{\n",
+    "    springls__v3 smoothing;\n",
+    "    int m;\n",
+    "    if (rule->smoothing == 0.0f) return d;\n",
+    "    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
+    "    return d;\n",
+    "}\n",
+    "\n",
     "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
     "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -18475,7 +18871,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = springls__displacement_of(model, &rule, at);\n",
+    "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
@@ -18495,7 +18891,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4024 \"springls.h\"\n",
+    "#line 4162 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18671,7 +19067,168 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4201 \"springls.h\"\n",
+    "#line 4339 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 4366 \"springls.h\"\n",
+    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
+    "   two of them is wide, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
+    "\n",
+    "typedef struct springls__angular_gaps {\n",
+    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
+    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__angular_gaps;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__angular_gaps gaps;\n",
+    "    gaps.e1 = springls__any_tangent(n);\n",
+    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
+    "    gaps.count = 0;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
+    "    gaps.angle[i] = angle;\n",
+    "    gaps.count++;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
+    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    const float turn = 6.28318531f;\n",
+    "    springls__widest_gap widest;\n",
+    "    float from, middle;\n",
+    "    int i;\n",
+    "    widest.angle = turn;\n",
+    "    widest.second = 0.0f;\n",
+    "    widest.middle = gaps.e1;\n",
+    "    if (gaps.count == 0) return widest;\n",
+    "    from = gaps.angle[gaps.count - 1];\n",
+    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps.count; i++) {\n",
+    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
+    "        if (angle <= widest.angle) continue;\n",
+    "        widest.angle = angle;\n",
+    "        from = gaps.angle[i - 1];\n",
+    "    }\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
+    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    return widest;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two wide gaps; its end and a drop leave nearly all open. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
+    "}\n",
+    "#line 4436 \"springls.h\"\n",
+    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
+    "\n",
+    "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
+    "#define SPRINGLS__FACING_AGAINST (-0.5f)\n",
+    "\n",
+    "/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the\n",
+    "   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */\n",
+    "SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */\n",
+    "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, nearest = -1;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
+    "        float d2, within = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
+    "            best = d2;\n",
+    "            nearest = i;\n",
+    "        }\n",
+    "    }\n",
+    "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
+    "   `high` above or below its tangent plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__angular_gaps_widest(gaps);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
+    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
+    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__spans_sheet(gaps) != 0;\n",
+    "}\n",
+    "#line 4503 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18712,6 +19269,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
+    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "}\n",
+    "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
     "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
@@ -18740,7 +19304,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
+    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -18754,7 +19318,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4285 \"springls.h\"\n",
+    "#line 4594 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18860,6 +19424,28 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const int enough = 2, enough_beside = 3;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(s);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    int other, across = 0, facing = 0, beside = 0;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);\n",
+    "        float d2 = springls__length2(d), ahead = springls__dot(d, n);\n",
+    "        if (other == i || d2 > r * r) continue;\n",
+    "        beside += springls__dot(n, m) > 0.5f;\n",
+    "        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "        across += springls__across_gap(d, n, m);\n",
+    "        facing++;\n",
+    "    }\n",
+    "    return beside >= enough_beside && across >= enough && 2 * across >= facing;\n",
+    "}\n",
+    "\n",
     "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
     "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
@@ -18874,10 +19460,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
+    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
+    "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "        *action = SPRINGLS__REMOVE;\n",
     "    else if (!model->set.mask[i]\n",
     "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -18934,7 +19522,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4466 \"springls.h\"\n",
+    "#line 4799 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -19024,7 +19612,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 4557 \"springls.h\"\n",
+    "#line 4890 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19100,102 +19688,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4634 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
-    "\n",
-    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
-    "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
-    "}\n",
-    "\n",
-    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
-    "}\n",
-    "#line 4661 \"springls.h\"\n",
-    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
-    "   two of them is wide, springls are missing or the surface ends. */\n",
-    "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
-    "\n",
-    "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
-    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
-    "    int count;\n",
-    "} springls__angular_gaps;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
-    "{\n",
-    "    springls__angular_gaps gaps;\n",
-    "    gaps.e1 = springls__any_tangent(n);\n",
-    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
-    "    gaps.count = 0;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
-    "{\n",
-    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
-    "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
-    "    angle = springls__atan2(v, u);\n",
-    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
-    "    gaps.angle[i] = angle;\n",
-    "    gaps.count++;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
-    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    const float turn = 6.28318531f;\n",
-    "    springls__widest_gap widest;\n",
-    "    float from, middle;\n",
-    "    int i;\n",
-    "    widest.angle = turn;\n",
-    "    widest.second = 0.0f;\n",
-    "    widest.middle = gaps.e1;\n",
-    "    if (gaps.count == 0) return widest;\n",
-    "    from = gaps.angle[gaps.count - 1];\n",
-    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < gaps.count; i++) {\n",
-    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
-    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
-    "        if (angle <= widest.angle) continue;\n",
-    "        widest.angle = angle;\n",
-    "        from = gaps.angle[i - 1];\n",
-    "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
-    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
-    "    return widest;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two wide gaps; its end and a drop leave nearly all open. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
-    "}\n",
-    "#line 4731 \"springls.h\"\n",
+    "#line 4967 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19323,62 +19816,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4860 \"springls.h\"\n",
-    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
-    "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
-    "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    int i, nearest = -1;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float d2, within = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
-    "            best = d2;\n",
-    "            nearest = i;\n",
-    "        }\n",
-    "    }\n",
-    "    return nearest;\n",
-    "}\n",
-    "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
-    "{\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__angular_gaps_widest(gaps);\n",
-    "}\n",
-    "\n",
-    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
-    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
-    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
-    "{\n",
-    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__spans_sheet(gaps) != 0;\n",
-    "}\n",
-    "#line 4916 \"springls.h\"\n",
+    "#line 5096 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19393,7 +19831,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4931 \"springls.h\"\n",
+    "#line 5111 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19408,7 +19846,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4947 \"springls.h\"\n",
+    "#line 5127 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19419,7 +19857,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4958 \"springls.h\"\n",
+    "#line 5138 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19434,7 +19872,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4973 \"springls.h\"\n",
+    "#line 5153 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19445,7 +19883,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4984 \"springls.h\"\n",
+    "#line 5164 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19493,10 +19931,10 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
+    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)\n",
     "{\n",
-    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
     "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
@@ -19548,7 +19986,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5088 \"springls.h\"\n",
+    "#line 5268 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20027,7 +20465,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5568 \"springls.h\"\n",
+    "#line 5748 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20125,7 +20563,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5667 \"springls.h\"\n",
+    "#line 5847 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20254,7 +20692,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5797 \"springls.h\"\n",
+    "#line 5977 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20444,7 +20882,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5988 \"springls.h\"\n",
+    "#line 6168 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20553,7 +20991,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6098 \"springls.h\"\n",
+    "#line 6278 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20786,9 +21224,10 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
+    "   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
-    "                                             springls__v3 normal)\n",
+    "                                             springls__v3 normal, float side)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -20797,15 +21236,14 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
-    "                return true;\n",
+    "            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
-    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
-    "   break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
+    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -20818,8 +21256,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)\n",
-    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
@@ -20932,7 +21370,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6478 \"springls.h\"\n",
+    "#line 6658 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21083,7 +21521,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6630 \"springls.h\"\n",
+    "#line 6810 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21113,7 +21551,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6660 \"springls.h\"\n",
+    "#line 6840 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21128,7 +21566,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6676 \"springls.h\"\n",
+    "#line 6856 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21297,7 +21735,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6845 \"springls.h\"\n",
+    "#line 7025 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21312,7 +21750,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6860 \"springls.h\"\n",
+    "#line 7040 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21481,7 +21919,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7029 \"springls.h\"\n",
+    "#line 7209 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21515,7 +21953,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7064 \"springls.h\"\n",
+    "#line 7244 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21623,7 +22061,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7173 \"springls.h\"\n",
+    "#line 7353 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21720,7 +22158,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7271 \"springls.h\"\n",
+    "#line 7451 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21794,7 +22232,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7346 \"springls.h\"\n",
+    "#line 7526 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22028,7 +22466,32 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7581 \"springls.h\"\n",
+    "#line 7761 \"springls.h\"\n",
+    "/* write.h - springls that the caller moves. */\n",
+    "\n",
+    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
+    "{\n",
+    "    springls__tri_hit before = springls__tri_closest(from, p);\n",
+    "    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);\n",
+    "    return springls__add(after.point, springls__sub(p, before.point));\n",
+    "}\n",
+    "\n",
+    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given stays where it is in its triangle. */\n",
+    "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int n = args.write.first + i, m;\n",
+    "    springls__springl s = model->set.s[n], old = s;\n",
+    "    if (args.write.particles) s.p = model->force.written_particles[i];\n",
+    "    if (args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];\n",
+    "    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);\n",
+    "    if (!args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 7787 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22286,7 +22749,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7840 \"springls.h\"\n",
+    "#line 8046 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22295,6 +22758,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
+    "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
@@ -22370,7 +22834,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22374 \"springls.h\"\n",
+    "#line 22838 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -23564,6 +24028,10 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 #endif
 #endif
