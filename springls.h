@@ -4799,8 +4799,11 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
    the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
 
-/* What the neighbors of a springl add up to: their weights, and the third harmonic of their directions in its plane. */
-typedef struct springls__surroundings { float weight, cosine, sine; } springls__surroundings;
+/* Directions about a springl in which its share is measured, 30 degrees apart. */
+#define SPRINGLS__SHARE_DIRECTIONS 12
+
+/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
+typedef struct springls__share { float area, cosine, sine; } springls__share;
 
 /* Halves the arms of springl i for relax: long ones reach across creases, and turn it too far. */
 SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
@@ -4809,42 +4812,41 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     int m;
     (void)args;
     if (!model->set.mask[i])
-        for (m = 0; m < 3; m++) s.q[m] = springls__lerp(s.p, s.q[m], 0.5f);
+        for (m = 0; m < 3; m++) s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), TUNE_A);
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
-/* Returns true when the springl of codes[k] is in no code before (neighbors.h). */
-SPRINGLS__MATHS bool springls__is_first_code(SPRINGLS__GLOBAL const int *codes, int k)
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
 {
-    int j;
-    for (j = 0; j < k; j++)
-        if (codes[j] >= 0 && codes[j] / 3 == codes[k] / 3) return false;
-    return true;
-}
-
-/* Adds up the neighbors of springl i, within r of it; u, v: its tangents. Those of the other side of a thin sheet do not count;
-   those beyond a crease do. */
-SPRINGLS__MATHS springls__surroundings springls__surroundings_of(const springls__model *model, int i, float r, springls__v3 u,
-                                                                 springls__v3 v)
-{
-    const float opposite = -0.3f;
+    const float opposite = -0.3f, widest = TUNE_W; /* cosine; voxels */
+    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
+                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    springls__surroundings sum;
-    int k;
-    sum.weight = sum.cosine = sum.sine = 0.0f;
+    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    springls__share share;
+    int k, j;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
         springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
         springls__v3 d = springls__sub(o.p, p);
-        float w = 1.0f - springls__length2(d) / (r * r), x = springls__dot(d, u), y = springls__dot(d, v);
-        if (codes[k] < 0 || w <= 0.0f || !springls__is_first_code(codes, k)) continue;
-        if (springls__dot(springls__springl_normal(o), n) <= opposite) continue;
-        w = w * w;
-        sum.weight += w;
-        sum.cosine += w * x * (x * x - 3.0f * y * y);
-        sum.sine += w * y * (3.0f * x * x - y * y);
+        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
+        x = springls__dot(d, u) * near2;
+        y = springls__dot(d, v) * near2;
+        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
+            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
     }
-    return sum;
+    share.area = 0.0f;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
+        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
+        share.area += cell[j];
+    }
+    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
+    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    return share;
 }
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
@@ -4863,25 +4865,22 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
     return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
 }
 
-/* Gives springl i, from S to relaxed_springls, the triangle of its share: the area over which the weights of its neighbors and its
-   own add up to what they do where springls are even. A masked one stays as it is. */
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float r = 1.3f, overlap = 1.08f; /* voxels; area of the triangle over that of the share */
+    const float overlap = TUNE_O; /* area of the triangle over that of the share */
     const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
-    springls__surroundings sum;
-    float share;
+    springls__share share;
     (void)args;
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
         v = springls__cross(n, u);
-        sum = springls__surroundings_of(model, i, r, u, v);
-        share = 1.04719755f * r * r / (1.0f + sum.weight); /* (1 - d^2/r^2)^2 adds up to (pi/3) r^2 over an area of 1 */
-        u = springls__turn_by_third(u, v, -sum.cosine, -sum.sine);
-        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share, largest)), s.p);
+        share = springls__share_of(model, i, u, v);
+        u = springls__turn_by_third(u, v, share.cosine, share.sine);
+        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
     }
     springls__relaxed_springls(model)[i] = s;
 }
@@ -19526,8 +19525,11 @@ static const char *const springls__kernel_lines[] = {
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
-    "/* What the neighbors of a springl add up to: their weights, and the third harmonic of their directions in its plane. */\n",
-    "typedef struct springls__surroundings { float weight, cosine, sine; } springls__surroundings;\n",
+    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "\n",
+    "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
+    "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
     "\n",
     "/* Halves the arms of springl i for relax: long ones reach across creases, and turn it too far. */\n",
     "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -19536,42 +19538,41 @@ static const char *const springls__kernel_lines[] = {
     "    int m;\n",
     "    (void)args;\n",
     "    if (!model->set.mask[i])\n",
-    "        for (m = 0; m < 3; m++) s.q[m] = springls__lerp(s.p, s.q[m], 0.5f);\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), TUNE_A);\n",
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
-    "/* Returns true when the springl of codes[k] is in no code before (neighbors.h). */\n",
-    "SPRINGLS__MATHS bool springls__is_first_code(SPRINGLS__GLOBAL const int *codes, int k)\n",
+    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
     "{\n",
-    "    int j;\n",
-    "    for (j = 0; j < k; j++)\n",
-    "        if (codes[j] >= 0 && codes[j] / 3 == codes[k] / 3) return false;\n",
-    "    return true;\n",
-    "}\n",
-    "\n",
-    "/* Adds up the neighbors of springl i, within r of it; u, v: its tangents. Those of the other side of a thin sheet do not count;\n",
-    "   those beyond a crease do. */\n",
-    "SPRINGLS__MATHS springls__surroundings springls__surroundings_of(const springls__model *model, int i, float r, springls__v3 u,\n",
-    "                                                                 springls__v3 v)\n",
-    "{\n",
-    "    const float opposite = -0.3f;\n",
+    "    const float opposite = -0.3f, widest = TUNE_W; /* cosine; voxels */\n",
+    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
+    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
     "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    springls__surroundings sum;\n",
-    "    int k;\n",
-    "    sum.weight = sum.cosine = sum.sine = 0.0f;\n",
+    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__share share;\n",
+    "    int k, j;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
     "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
     "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
     "        springls__v3 d = springls__sub(o.p, p);\n",
-    "        float w = 1.0f - springls__length2(d) / (r * r), x = springls__dot(d, u), y = springls__dot(d, v);\n",
-    "        if (codes[k] < 0 || w <= 0.0f || !springls__is_first_code(codes, k)) continue;\n",
-    "        if (springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
-    "        w = w * w;\n",
-    "        sum.weight += w;\n",
-    "        sum.cosine += w * x * (x * x - 3.0f * y * y);\n",
-    "        sum.sine += w * y * (3.0f * x * x - y * y);\n",
+    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
+    "        x = springls__dot(d, u) * near2;\n",
+    "        y = springls__dot(d, v) * near2;\n",
+    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
+    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
     "    }\n",
-    "    return sum;\n",
+    "    share.area = 0.0f;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
+    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
+    "        share.area += cell[j];\n",
+    "    }\n",
+    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
+    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    return share;\n",
     "}\n",
     "\n",
     "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
@@ -19590,29 +19591,26 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
     "}\n",
     "\n",
-    "/* Gives springl i, from S to relaxed_springls, the triangle of its share: the area over which the weights of its neighbors and its\n",
-    "   own add up to what they do where springls are even. A masked one stays as it is. */\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float r = 1.3f, overlap = 1.08f; /* voxels; area of the triangle over that of the share */\n",
+    "    const float overlap = TUNE_O; /* area of the triangle over that of the share */\n",
     "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n, u, v;\n",
-    "    springls__surroundings sum;\n",
-    "    float share;\n",
+    "    springls__share share;\n",
     "    (void)args;\n",
     "    if (!model->set.mask[i]) {\n",
     "        n = springls__facing(model, s);\n",
     "        u = springls__first_arm(s, n);\n",
     "        v = springls__cross(n, u);\n",
-    "        sum = springls__surroundings_of(model, i, r, u, v);\n",
-    "        share = 1.04719755f * r * r / (1.0f + sum.weight); /* (1 - d^2/r^2)^2 adds up to (pi/3) r^2 over an area of 1 */\n",
-    "        u = springls__turn_by_third(u, v, -sum.cosine, -sum.sine);\n",
-    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share, largest)), s.p);\n",
+    "        share = springls__share_of(model, i, u, v);\n",
+    "        u = springls__turn_by_third(u, v, share.cosine, share.sine);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);\n",
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 4890 \"springls.h\"\n",
+    "#line 4889 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19688,7 +19686,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4967 \"springls.h\"\n",
+    "#line 4966 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19816,7 +19814,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5096 \"springls.h\"\n",
+    "#line 5095 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19831,7 +19829,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5111 \"springls.h\"\n",
+    "#line 5110 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19846,7 +19844,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5127 \"springls.h\"\n",
+    "#line 5126 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19857,7 +19855,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5138 \"springls.h\"\n",
+    "#line 5137 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19872,7 +19870,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5153 \"springls.h\"\n",
+    "#line 5152 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19883,7 +19881,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5164 \"springls.h\"\n",
+    "#line 5163 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19986,7 +19984,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5268 \"springls.h\"\n",
+    "#line 5267 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20465,7 +20463,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5748 \"springls.h\"\n",
+    "#line 5747 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20563,7 +20561,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5847 \"springls.h\"\n",
+    "#line 5846 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20692,7 +20690,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5977 \"springls.h\"\n",
+    "#line 5976 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20882,7 +20880,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6168 \"springls.h\"\n",
+    "#line 6167 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20991,7 +20989,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6278 \"springls.h\"\n",
+    "#line 6277 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -21370,7 +21368,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6658 \"springls.h\"\n",
+    "#line 6657 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21521,7 +21519,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6810 \"springls.h\"\n",
+    "#line 6809 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21551,7 +21549,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6840 \"springls.h\"\n",
+    "#line 6839 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21566,7 +21564,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6856 \"springls.h\"\n",
+    "#line 6855 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21735,7 +21733,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7025 \"springls.h\"\n",
+    "#line 7024 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21750,7 +21748,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7040 \"springls.h\"\n",
+    "#line 7039 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21919,7 +21917,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7209 \"springls.h\"\n",
+    "#line 7208 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21953,7 +21951,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7244 \"springls.h\"\n",
+    "#line 7243 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -22061,7 +22059,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7353 \"springls.h\"\n",
+    "#line 7352 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -22158,7 +22156,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7451 \"springls.h\"\n",
+    "#line 7450 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -22232,7 +22230,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7526 \"springls.h\"\n",
+    "#line 7525 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22466,7 +22464,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7761 \"springls.h\"\n",
+    "#line 7760 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -22491,7 +22489,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7787 \"springls.h\"\n",
+    "#line 7786 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22749,7 +22747,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8046 \"springls.h\"\n",
+    "#line 8045 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22834,7 +22832,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22838 \"springls.h\"\n",
+    "#line 22836 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
