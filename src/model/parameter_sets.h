@@ -57,6 +57,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
+    p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -85,6 +87,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -135,6 +138,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
+    SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);

@@ -128,19 +128,6 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether any voxel is inside. */
-SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
-{
-    size_t i, bricks = springls__brick_count(g);
-    int k, v;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] == SPRINGLS__INSIDE) return true;
-    for (k = 0; k < g->active_count; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
-    return false;
-}
-
 /* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
@@ -218,7 +205,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -230,7 +217,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
+   surface that they sample, and what a projection would average away is not theirs to change. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
@@ -242,7 +230,6 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }

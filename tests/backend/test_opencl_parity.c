@@ -600,18 +600,51 @@ TEST questions_fetch_once(void)
     ASSERT(ctx != NULL);
     ASSERT_OK(springls_step(ctx, &l.step));
     before = springls_cl_get_counts(parity_backend);
-    ASSERT_OK(springls_closest(ctx, points, 8, first));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 8, first));
     after = springls_cl_get_counts(parity_backend);
     ASSERT_GT(after.downloads, before.downloads);
     ASSERT(after.uploads == before.uploads);
     before = after;
-    ASSERT_OK(springls_closest(ctx, points, 8, second));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 8, second));
     ASSERT_MEM_EQ(first, second, sizeof first);
     ASSERT(springls_state_hash(ctx) != 0);
     after = springls_cl_get_counts(parity_backend);
     ASSERT(after.downloads == before.downloads);
     ASSERT(after.kernels == before.kernels);
     springls_destroy(ctx);
+    PASS();
+}
+
+/* Rays and closest points of either surface have the same bits after the same steps. */
+TEST queries_are_equal(void)
+{
+    enum { COUNT = 200 };
+    static springls_hit hits[2][COUNT];
+    float points[3 * COUNT], directions[3 * COUNT];
+    springls_context *ctx[2];
+    int i, b, surface, found = 0;
+    life l;
+    NEEDS_DEVICE();
+    life_make(&l, LIFE_THIN);
+    for (b = 0; b < 2; b++) {
+        ctx[b] = life_context(&l, b ? parity_backend : NULL);
+        ASSERT(ctx[b] != NULL);
+        ASSERT_OK(springls_run(ctx[b], &l.step, 2));
+    }
+    fixture_seed(23);
+    for (i = 0; i < 3 * COUNT; i++) {
+        points[i] = fixture_between(0.0f, 30.0f);
+        directions[i] = fixture_between(8.0f, 22.0f) - points[i];
+    }
+    for (surface = 0; surface < 2; surface++) {
+        for (b = 0; b < 2; b++) ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
+        ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
+        for (i = 0; i < COUNT; i++) found += hits[0][i].springl >= 0;
+        for (b = 0; b < 2; b++) ASSERT_OK(springls_closest(ctx[b], (springls_surface)surface, points, COUNT, hits[b]));
+        ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
+    }
+    ASSERT_GT(found, 20);
+    for (b = 0; b < 2; b++) springls_destroy(ctx[b]);
     PASS();
 }
 
@@ -704,6 +737,7 @@ SUITE(lives)
         RUN_TESTp(what_happens_between_steps, between[i].disturb, between[i].changes_nothing);
     }
     RUN_TEST(questions_fetch_once);
+    RUN_TEST(queries_are_equal);
     RUN_TEST(writes_send_their_range);
     RUN_TEST(springls_are_taken_afresh);
 }

@@ -66,8 +66,9 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
     count(o, ctx, springls_extract_soup(ctx, &mesh));
     springls_mesh_free(ctx, &mesh);
     count(o, ctx, springls_measure(ctx, &measures));
-    count(o, ctx, springls_closest(ctx, points, 4, hits));
-    count(o, ctx, springls_raycast(ctx, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 4, hits));
+    count(o, ctx, springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, points, 4, hits));
     count(o, ctx, springls_sample_distance(ctx, points, 4, out));
     count(o, ctx, springls_sample_gradient(ctx, points, 4, out));
     count(o, ctx, springls_sample_inside(ctx, points, 4, inside));
@@ -130,6 +131,7 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
     case RAW_SPRINGLS:
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, p->vertices, half));
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, NULL, 2 * half));
+        count(o, ctx, springls_set_reference_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, half, NULL));
         break;
     case FLUID:
     case FLUID_PAPER:

@@ -20,7 +20,7 @@ struct run {
     springls_measures start;
     FILE *series;
     struct model_frame frames[MAX_FRAMES];
-    int frames_taken;
+    int frames_taken, coverages;
     double stage_before[SPRINGLS_STAGE_COUNT];
 };
 
