@@ -79,6 +79,7 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
 SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
 {
     const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
     const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
@@ -89,7 +90,7 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
         u = springls__first_arm(s, n);
         v = springls__cross(n, u);
         share = springls__share_of(model, i, u, v);
-        u = springls__turn_by_third(u, v, share.cosine, share.sine);
+        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
         s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
     }
     springls__relaxed_springls(model)[i] = s;
