@@ -52,6 +52,7 @@
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
@@ -86,19 +87,28 @@
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
+     >>events               src/stages/events.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
+     >>set_reference        src/input/set_reference.h
+     >>set_level_set        src/input/set_level_set.h
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
-     >>set_level_set        src/input/set_level_set.h
+     >>split_input          src/input/split_input.h
+     >>set_springls         src/input/set_springls.h
+     >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
+     >>component_views      src/output/component_views.h
      >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
+     >>zero_level           src/output/zero_level.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -155,12 +165,12 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
-     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
-        springls_measure ...
+     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
+        springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
    MACROS, defined before the include
@@ -243,10 +253,11 @@
                               relax                springls that face each other across a gap do not pull each other
      nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
                                                    between the sides of a gap; filaments and drops of that size may vanish
-     min_component = 1        project              a part of the inside with less volume than this (voxel^3), as a limb leaves that
-                              springls_set_mesh    runs between voxels, is joined to the rest where the springls show that the limb
-                                                   goes on, and else it goes, as bubbles do. Parts of up to 64 voxels are joined,
-                                                   whatever their volume. Not with topology PRESERVED
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -312,6 +323,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -346,6 +358,22 @@
    mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
    springls at edges.
 
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
+
    ATTRIBUTES
 
    springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
@@ -359,6 +387,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
@@ -556,6 +588,8 @@
   #define springls_implicit_notched_sphere SPRINGLS__NAME(springls_implicit_notched_sphere)
   #define springls_set_springls SPRINGLS__NAME(springls_set_springls)
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
+  #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
+  #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
@@ -586,6 +620,10 @@
   #define springls_generations SPRINGLS__NAME(springls_generations)
   #define springls_pack_matrix SPRINGLS__NAME(springls_pack_matrix)
   #define springls_extract_surfels SPRINGLS__NAME(springls_extract_surfels)
+  #define springls_components SPRINGLS__NAME(springls_components)
+  #define springls_component_ids SPRINGLS__NAME(springls_component_ids)
+  #define springls_component_of SPRINGLS__NAME(springls_component_of)
+  #define springls_events SPRINGLS__NAME(springls_events)
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
@@ -650,7 +688,7 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area or in the grid, or no inside      */
     SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
     SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
     SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
@@ -812,8 +850,11 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
-    /* initial springls of a level set or shape */
+    /* initial springls: of a mesh; of a level set or shape */
+    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
+                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
@@ -849,7 +890,8 @@ typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
-                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
+                                      springls_combine fail, springls_set_mesh takes any number of triangles, but
+                                      divides no more when there are so many. 0: 64 million                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -890,10 +932,11 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
-/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
-   welded. */
+/* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
+   were welded. */
 typedef struct springls_mesh_report {
     int triangles_dropped;   /* without an area, or with a repeated corner                                          */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
@@ -904,15 +947,20 @@ typedef struct springls_mesh_report {
     bool flipped;            /* the input was inside out and has been turned                                        */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
+    int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
+   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
-   when they are not.
-   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
+   which come after those of the triangles.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
+   flat patch or with sheets that lie on each other: then the model is empty. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
@@ -955,13 +1003,40 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
+
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
 
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
@@ -981,6 +1056,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -998,7 +1091,10 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
@@ -1061,9 +1157,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -1159,6 +1256,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 /* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
@@ -1235,26 +1382,40 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
+/* Names the surface that closest points and rays are found on. */
+typedef enum springls_surface {
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
+                                    a voxel may have springls and no zero level: it is not found                              */
+    SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
+                                    the first query after springls have moved                                                 */
+} springls_surface;
+
+/* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing was found                                                           */
+    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
+                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float barycentric[3];        /* in the springl                                                                  */
-    float distance;              /* world units: from the query point, or along the ray                             */
-    float material[3];           /* world                                                                           */
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+                                    it; SOUP: of the springl                                                        */
+    float barycentric[3];        /* in the springl: its place closest to `point`                                    */
+    float distance;              /* world units, never negative: from the query point, or along the ray             */
+    float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
+                                    springls_extract_mesh; SOUP: from a linear one                                  */
     int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
-   further than the zero level. */
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out);
 
-/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
-   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
-   surface, set the mesh of springls_extract_mesh as the model of a second context. */
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out);
+/* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   watertight surface always finds it. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out);
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -1397,13 +1558,14 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -1422,6 +1584,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 
@@ -1522,6 +1685,9 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
+/* write: the number of the first springl, and which of its parts the caller gives. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1569,6 +1735,7 @@ typedef union springls__arguments {
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
+    springls__write_arguments write;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1660,10 +1827,12 @@ typedef union springls__arguments {
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
-    /* volume_lock */                                                                                                            \
-    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
-    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
+    /* components, events, volume_lock */                                                                                        \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
+    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
+    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -2367,12 +2536,19 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 /* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
+/* Returns the point of a triangle with weights on a, b, c. */
+SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])
+{
+    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],
+                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],
+                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
+}
+
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
-    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,
-                                t.a.z * u + t.b.z * v + t.c.z * w);
+    h.point = springls__tri_point(t, h.bary);
     h.d2 = springls__length2(springls__sub(x, h.point));
     return h;
 }
@@ -2606,7 +2782,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
     X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
-    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
+    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
@@ -2636,10 +2813,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what moves springls on a device (advect.h). */
+/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
-    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
+    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
@@ -2824,13 +3002,20 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = -1;
+    record->component = record->cavity = 0u;
     record->phi = 0.0f;
     record->synced_position = record->s.p;
+}
+
+/* Gives springl i the components of springl `from`, beside which it is new. */
+SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
+{
+    model->set.component[i] = model->set.component[from];
+    model->set.cavity[i] = model->set.cavity[from];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -2983,13 +3168,11 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Interpolates phi at x (voxels), trilinear, with the border rule. */
-SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
+                                            float corner[8])
 {
-    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
-    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
-    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
-    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    int c;
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
@@ -3001,7 +3184,17 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
-    return springls__trilinear(corner, u, v, w);
+}
+
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);
+    float corner[8];
+    springls__grid_corners(g, phi, i, j, k, corner);
+    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
@@ -3037,7 +3230,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
     if (one_brick) {
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(first[0], first[1], first[2]);
         for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
             sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
@@ -3079,28 +3273,41 @@ SPRINGLS__MATHS int springls__tile_step(int d)
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
 }
 
+/* Returns whether the tile of the brick at `origin` goes beyond the domain. */
+SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])
+{
+    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+           || origin[2] + 9 > g->size[2];
+}
+
+/* Loads the row of a tile at (y, z), voxels of the domain. */
+SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+{
+    int x;
+    if (border) {
+        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+    } else {
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+    }
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row, x;
+    int o[3], row;
     bool border;
     springls__slot_origin(g, slot, o);
-    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    border = springls__tile_at_border(g, o);
     SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
-        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
-        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
-        }
-    }
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
+        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
+                                tile + SPRINGLS__TILE * row);
     SPRINGLS__BARRIER;
 }
 
@@ -3449,14 +3656,19 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
+/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+#define SPRINGLS__CURVATURE_SPAN 1.5f
+
 /* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
-   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
-   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
-SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
+   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
+   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
+   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
+   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
-    const float h = 1.5f, largest = 0.7f * h; /* voxels */
-    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
+    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
     float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
     int k;
@@ -3477,7 +3689,7 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
 
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
-    float pressure_weight, velocity_weight, curvature_weight;
+    float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
@@ -3515,7 +3727,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
+                            rule->curvature_weight);
     return out;
 }
 
@@ -3578,14 +3791,15 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
-                                                    springls__movers d)
+/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
+                                                    springls__springl s, springls__movers d)
 {
     springls__v3 smoothing;
     int m;
     if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
+    smoothing = springls__scale(smoothing, rule->smoothing);
     for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
     return d;
 }
@@ -3602,7 +3816,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
+    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
@@ -3808,8 +4022,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
-    int locked_count;       /* 0: not measured yet                                                              */
+    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    uint32_t last_component_id;
+    bool components_known;  /* they have been found since the model was set                                      */
+    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -3821,9 +4040,11 @@ struct springls_context {
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
+    float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
     char error[256];
 };
@@ -4393,8 +4614,9 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
+   there is none. */
+SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
     float best = radius * radius;
@@ -4405,6 +4627,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         float d2, within = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
+        if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
@@ -4412,6 +4635,12 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         }
     }
     return nearest;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
@@ -4635,7 +4864,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -4845,31 +5074,33 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
     int i, j;
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;
     term[0] = 1.0f;
-    term[1] = springls__dot(d, fit.e1);
-    term[2] = springls__dot(d, fit.e2);
+    term[1] = springls__dot(d, fit->e1);
+    term[2] = springls__dot(d, fit->e2);
     term[3] = term[1] * term[1];
     term[4] = term[1] * term[2];
     term[5] = term[2] * term[2];
     value[0] = h;
-    value[1] = a.x - fit.a0.x;
-    value[2] = a.y - fit.a0.y;
-    value[3] = a.z - fit.a0.z;
+    value[1] = a.x - fit->a0.x;
+    value[2] = a.y - fit->a0.y;
+    value[3] = a.z - fit->a0.z;
     weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+        const float scaled = weight * term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];
     }
-    fit.count++;
-    return fit;
+    fit->count++;
+    return true;
 }
 
 /* The fitted surface at the origin. */
@@ -5398,7 +5629,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
+            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
@@ -5625,12 +5856,15 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
-SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
+   one, -1 when there is none. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
+                                                                   int *nearest_springl)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
     int attempt;
+    *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
         springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
@@ -5647,6 +5881,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
             if (d2 < best) {
                 best = d2;
                 nearest = model->set.a[other];
+                *nearest_springl = other;
             }
         }
         if (count == 0) continue;
@@ -5665,15 +5900,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
+    int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
+        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
     }
@@ -5821,6 +6054,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -5988,12 +6222,11 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
+/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    springls__grid_corners(g, g->phi, x, y, z, cell.phi);
     return cell;
 }
 
@@ -6108,9 +6341,10 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 /* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = args.fit.first, n = first + i, m;
+    int first = args.fit.first, n = first + i, m, beside;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
+    if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -6375,8 +6609,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
-   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
+   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -7154,6 +7388,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -7162,8 +7397,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
-/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally between
-   voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
+   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
 
 /* ---- parts ---- */
 
@@ -7291,8 +7526,8 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it in
-   direction d2, when a limb passes between, by the springls. */
+/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
+   in direction d2, when a limb passes between, by the springls. */
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
@@ -7304,7 +7539,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     springls__step_to(from, d2, other.at);
     joint.phi = springls__phi_of(g, joint.at);
     other.phi = springls__phi_of(g, other.at);
-    if (joint.phi < 0.0f || other.phi < 0.0f || !springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
+    if (joint.phi < 0.0f || other.phi < 0.0f) return;
+    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
@@ -7437,8 +7673,8 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
     return some;
 }
 
-/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along which
-   no neighbour is of the part. */
+/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
+   which no neighbour is of the part. */
 SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at), volume = 1.0f;
@@ -7451,7 +7687,8 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
             springls__step_to(at, 2 * axis + side, to);
             other = springls__phi_of(g, to);
             beyond += (phi < 0.0f) != (other < 0.0f);
-            width += (phi < 0.0f) == (other < 0.0f) ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
+            width += (phi < 0.0f) == (other < 0.0f)
+                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
         }
         volume *= width;
         open += beyond == 2;
@@ -7919,6 +8156,32 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
+/* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
+/* write.h - springls that the caller moves. */
+
+/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
+{
+    springls__tri_hit before = springls__tri_closest(from, p);
+    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);
+    return springls__add(after.point, springls__sub(p, before.point));
+}
+
+/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given stays where it is in its triangle. */
+SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
+{
+    int n = args.write.first + i, m;
+    springls__springl s = model->set.s[n], old = s;
+    if (args.write.particles) s.p = model->force.written_particles[i];
+    if (args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];
+    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);
+    if (!args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
+    model->set.s[n] = springls__springl_finished(s);
+}
+
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
    four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
@@ -8187,6 +8450,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
@@ -8208,7 +8472,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(fit_new_springls, 16,                                                                                                      \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -8497,7 +8762,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project",
-                                                             "keep_edges", "volume_lock" };
+                                                             "keep_edges", "volume_lock", "components" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8906,12 +9171,13 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
+/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
@@ -9170,6 +9436,19 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
 /* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
@@ -9181,7 +9460,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
     ctx->iteration = 0;
-    ctx->locked_count = 0;
+    ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
+    ctx->last_component_id = 0;
+    ctx->components_known = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -9230,6 +9511,13 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 /* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
 
 /* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
@@ -9401,36 +9689,44 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* Writes sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
-                                 springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
     float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -9440,36 +9736,19 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
         }
     }
     if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
-                                   forces->curvature_weight);
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+        }
     }
 }
 
-/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
-                                   float time, springls__v3 *slope)
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
 {
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(motion, x, count, time, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    if (!motion->forces.affine) return;
-    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -9479,6 +9758,54 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
+}
+
+/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
+   springls of the block. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    if (forces->affine) {
+        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, batch, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
@@ -9502,29 +9829,35 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
-    const springls__v3 *a = motion->ctx->model.set.a + first;
-    int i, m, n = SPRINGLS__MOVERS * count;
+    springls_batch batch;
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.springls = springls;
+    batch.ids = motion->ctx->model.set.id + first;
+    batch.count = count;
     for (i = 0; i < count; i++) {
+        springls[i] = first + i;
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
     }
@@ -9559,6 +9892,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
@@ -9586,7 +9920,7 @@ SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
@@ -9613,7 +9947,8 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -11282,12 +11617,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
-   convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
+   on it. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f;
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);
@@ -11299,7 +11634,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             for (i = lo[0]; i <= hi[0]; i++) {
                 float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
-                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
@@ -11495,43 +11830,57 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
-/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - keeps the volume of every component (params.volume_lock) by a tiny offset of its springls and of phi along
-   the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
-   its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the springls: each has the
-   number of the component it was in, so that after a split targets are shared out, and after a merger they are summed. It is
-   off by default and in double precision, which not every device has: it always runs on the host. */
+/* ======== >>label_components  (src/stages/label_components.h) ================================================== */
+/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
+   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
+   device has: it always runs on the host. */
 
-typedef struct springls__volume_component {
-    double volume, area;    /* voxel^3, voxel^2                                                                 */
-    float offset, moved;    /* of this iteration, of all; voxels                                                */
-    int32_t node;           /* root of its tree among the links                                                 */
-    bool speck;
-} springls__volume_component;
+/* A component of phi as it is now. */
+typedef struct springls__component_now {
+    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
+    double world_area;
+    uint32_t id;
+    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    float depth, moved;     /* moved: by volume_lock                                                            */
+    bool cavity;
+} springls__component_now;
 
-/* The components of phi as it is now. */
-typedef struct springls__volume_components {
-    springls__volume_component *item;
+/* The components of phi as it is now, and the label of every voxel. */
+typedef struct springls__labels {
+    springls__component_now *item;
     int count;
-    int32_t *rank;          /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
-    int32_t *label;         /* component of a voxel of active bricks; -1: too far outside                       */
+    const int32_t *rank;    /* slot -> place in `active`                                                        */
+    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
+    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
+    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
     int32_t voxels;         /* nodes that are voxels                                                            */
-} springls__volume_components;
+    double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
+} springls__labels;
 
-/* ---- components of phi ---- */
-
-/* Returns the node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return c->voxels + springls__brick_at(g, x, y, z);
-    return c->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
+    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
 }
 
-SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
+/* Finds the voxel of a node that is one. */
+SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
 {
-    return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
+    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    voxel[0] = origin[0] + (v & 7);
+    voxel[1] = origin[1] + (v >> 3 & 7);
+    voxel[2] = origin[2] + (v >> 6);
+}
+
+/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
+SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+{
+    if (node >= l->voxels) node = springls__find_root(l->parent, node);
+    return node < l->voxels ? l->label[node] : -1;
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -11543,83 +11892,134 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
+/* ---- connection ---- */
 
-/* Joins the inside voxels of active brick i with those beside them. */
-SPRINGLS__FN void springls__join_voxels(const springls__grid *g, springls__volume_components *c, int i)
+/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
+SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
 {
-    int v, d, o[3], to[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-        if (!springls__is_inside(g, x, y, z)) continue;
-        for (d = 0; d < 6; d++) {
-            springls__voxel_beside(x, y, z, d, to);
-            if (!springls__is_inside(g, to[0], to[1], to[2])) continue;
-            springls__join_trees(c->parent, i * SPRINGLS__BRICK_VOXELS + v, springls__component_node(g, c, to[0], to[1], to[2]));
-        }
+    int x;
+    bool joined = false; /* with the voxels before */
+    for (x = 0; x < length; x++) {
+        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
+        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
+        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
+        joined = agrees;
     }
 }
 
-/* Joins the constant bricks that are inside among themselves. */
-SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volume_components *c)
+/* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
+SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
 {
-    int brick, bricks = (int)springls__brick_count(g), d, to[3];
-    for (brick = 0; brick < bricks; brick++) {
-        int place[3];
-        if (g->top[brick] != SPRINGLS__INSIDE) continue;
-        springls__brick_place(g, brick, place);
-        for (d = 1; d < 6; d += 2) {
-            int beside;
-            springls__voxel_beside(place[0], place[1], place[2], d, to);
-            if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
-            beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
+    int axis;
+    for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
+}
+
+/* Joins the voxels of active brick i with each other. */
+SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int32_t first = i * SPRINGLS__BRICK_VOXELS;
+    int origin[3], extent[3], x, y, z;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    for (z = 0; z < extent[2]; z++)
+        for (y = 0; y < extent[1]; y++) {
+            int32_t row = 8 * y + 64 * z;
+            for (x = 1; x < extent[0]; x++)
+                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
+                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
+            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
+            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
         }
+}
+
+/* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
+SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
+{
+    if (!springls__grid_contains(g, to[0], to[1], to[2])) {
+        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
+    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
+        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+    }
+}
+
+/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    const int axis = d >> 1;
+    int origin[3], extent[3], at[3], to[3], j, k;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    at[axis] = d & 1 ? extent[axis] - 1 : 0;
+    for (k = 0; k < extent[(axis + 2) % 3]; k++)
+        for (j = 0; j < extent[(axis + 1) % 3]; j++) {
+            int v, c;
+            at[(axis + 1) % 3] = j;
+            at[(axis + 2) % 3] = k;
+            v = springls__voxel_in_brick(at[0], at[1], at[2]);
+            for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
+            to[axis] += d & 1 ? 1 : -1;
+            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+        }
+}
+
+/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+{
+    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
+    int place[3], axis, stride = 1;
+    springls__brick_place(g, brick, place);
+    for (axis = 0; axis < 3; axis++) {
+        bool last = place[axis] == g->bricks[axis] - 1;
+        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
+            springls__join_trees(l->parent, l->voxels + brick, exterior);
+        if (!last && g->top[brick + stride] == g->top[brick])
+            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+        stride *= g->bricks[axis];
     }
 }
 
 /* ---- triangles of marching cubes ---- */
 
-typedef void (*springls__component_triangle)(springls__volume_components *c, springls__tri t, const int32_t nodes[3]);
+/* A triangle, with the nodes at the inner and at the outer ends of the edges of the cube that carry its vertices. */
+typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], outer[3]; } springls__labelled_triangle;
 
-/* Finds the nodes of a triangle: those at the inner ends of the three edges of the cube at voxel `at` that carry its vertices. */
-SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const springls__volume_components *c, springls__mc_cell cell,
-                                           int triangle, const int at[3], int32_t nodes[3])
+typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
+
+/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
 {
-    int mask = springls__mc_case(cell), m;
-    for (m = 0; m < 3; m++) {
-        int edge = springls__mc_edge(mask, triangle, m), corner = springls__mc_edge_corner(edge);
-        if (!springls__mc_inside(cell.phi[corner])) corner |= 1 << springls__mc_edge_axis(edge);
-        nodes[m] = springls__component_node(g, c, at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2));
-    }
+    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
+    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    return springls__label_node(g, l, x, y, z);
 }
 
-/* Visits the triangles of one cube of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
+/* Visits the triangles of the cube at (x, y, z) of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, at[3];
-    int32_t nodes[3];
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__labelled_triangle triangle;
     if (count == 0) return;
     at[0] = range->origin[0] + x;
     at[1] = range->origin[1] + y;
     at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
-        springls__triangle_nodes(g, c, cell, k, at, nodes);
-        visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
+        for (m = 0; m < 3; m++) {
+            int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
+            int other = corner | 1 << springls__mc_edge_axis(edge);
+            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+        }
+        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        visit(l, &triangle);
     }
 }
 
 /* Visits all triangles of the zero level. */
-SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__volume_components *c,
-                                            springls__component_triangle visit)
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z;
@@ -11629,38 +12029,162 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__v
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, c, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    (void)t;
-    springls__join_trees(c->parent, nodes[0], nodes[1]);
-    springls__join_trees(c->parent, nodes[0], nodes[2]);
-}
-
-/* Adds the triangle's area, and the volume under it, to the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
-{
-    springls__v3 area2 = springls__tri_area2(t);
-    springls__volume_component *item;
-    int32_t label = nodes[0] < c->voxels ? c->label[nodes[0]] : -1;
-    if (label < 0) return;
-    item = &c->item[label];
-    item->area += 0.5 * (double)springls__length(area2);
-    item->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
-                    * (1.0 / 6.0);
-}
-
-SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *c)
-{
-    int i;
-    for (i = 0; i < c->count; i++) c->item[i].volume = c->item[i].area = 0.0;
-    springls__visit_triangles(g, c, springls__measure_triangle);
+    int m;
+    for (m = 1; m < 3; m++) {
+        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
+        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
+    }
 }
 
 /* ---- labels ---- */
+
+/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
+   roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
+{
+    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
+    l->count = 0;
+    for (i = 0; i < l->voxels; i++) {
+        int32_t root = springls__find_root(l->parent, i);
+        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
+        if (root != i) {
+            l->label[i] = root < l->voxels ? l->label[root] : -1;
+            continue;
+        }
+        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
+        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
+                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps, and at the list of components. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.parent = (int32_t *)ctx->label_parent.data;
+    l.label = (int32_t *)ctx->label_memory.data;
+    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
+    int32_t i;
+    int d;
+    ctx->labels_fresh = false;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
+    ctx->labelled_bricks = g->active_count;
+    *l = springls__kept_labels(ctx);
+    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) {
+        springls__join_within_brick(g, l, i);
+        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
+    }
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
+SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+{
+    springls__v3 area2 = springls__tri_area2(t);
+    const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
+    const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
+                            (double)t.a.z + (double)t.b.z + (double)t.c.z };
+    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    double world2 = 0.0;
+    int c;
+    for (c = 0; c < 3; c++) {
+        double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
+        world2 += w * w;
+        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+    }
+    item->area += 0.5 * (double)springls__length(area2);
+    item->world_area += 0.5 * sqrt(world2);
+    item->volume += volume;
+}
+
+SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
+    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
+    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+}
+
+
+/* Finds the matrix of directed areas: the cofactors of voxel -> world. */
+SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
+{
+    const double *m = ctx->to_world;
+    int i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++) {
+            int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            out[3 * i + j] = m[4 * a + c] * m[4 * b + d] - m[4 * a + d] * m[4 * b + c];
+        }
+}
+
+/* Notes the side of a component, and its voxel furthest from the surface. */
+SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+{
+    item->cavity = !(phi < 0.0f);
+    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
+    item->depth = springls__fabs(phi);
+    item->deepest = node;
+}
+
+/* Finds and measures the components of phi. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int32_t i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
+    l->item = springls__components_now(&ctx->model);
+    memset(l->item, 0, (size_t)l->count * sizeof *l->item);
+    for (i = 0; i < l->voxels; i++)
+        if (l->label[i] >= 0)
+            springls__note_voxel(&l->item[l->label[i]], i,
+                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
+                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__measure_triangle);
+    return SPRINGLS_OK;
+}
+
+/* ---- places ---- */
+
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
+{
+    out[0] = x + (d == 1) - (d == 0);
+    out[1] = y + (d == 3) - (d == 2);
+    out[2] = z + (d == 5) - (d == 4);
+}
 
 /* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
 SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
@@ -11678,17 +12202,14 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
     return best;
 }
 
-/* Returns the component of an outside voxel: the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) {
-            int32_t node = springls__component_node(g, c, x, y, z);
-            return node < c->voxels ? c->label[node] : -1;
-        }
+        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -11699,235 +12220,670 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     return -1;
 }
 
-/* Numbers the components in the order of their first voxel, and labels their inside voxels. A component has a surface, so some
-   voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__label_insides(const springls__grid *g, springls__volume_components *c)
+/* Finds the body and the cavity that the surface near x bounds, -1 for none: those of the deepest and of the highest of the eight
+   voxels about x. */
+SPRINGLS__FN void springls__components_at(const springls__grid *g, const springls__labels *l, springls__v3 x, int32_t *body,
+                                          int32_t *cavity)
 {
-    int i, v, o[3];
-    c->count = 0;
-    for (i = 0; i < c->voxels; i++) c->label[i] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
-            if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
-            root = springls__find_root(c->parent, node);
-            c->label[node] = root == node ? c->count++ : c->label[root];
-        }
-    }
-}
-
-SPRINGLS__FN void springls__label_outsides(const springls__grid *g, springls__volume_components *c)
-{
-    int i, v, o[3];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
-                c->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, c, x, y, z);
-        }
-    }
-}
-
-/* Finds the forest of what is connected inside phi. */
-SPRINGLS__FN springls_status springls__connect_inside(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + (int64_t)springls__brick_count(g);
-    int32_t i;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
-    c->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, c->voxels));
-    c->rank = springls__component_rank(&ctx->model);
-    c->parent = springls__component_parent(&ctx->model);
-    c->label = springls__component_label(&ctx->model);
-    for (i = 0; i < g->active_count; i++) c->rank[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) c->parent[i] = i;
-    for (i = 0; i < g->active_count; i++) springls__join_voxels(g, c, i);
-    springls__join_bricks(g, c);
-    springls__visit_triangles(g, c, springls__join_triangle);
-    return SPRINGLS_OK;
-}
-
-/* Finds the components and measures them. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__connect_inside(ctx, c));
-    springls__label_insides(g, c);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, c->count));
-    c->item = springls__components(&ctx->model);
-    memset(c->item, 0, (size_t)c->count * sizeof *c->item);
-    springls__label_outsides(g, c);
-    springls__measure_components(g, c);
-    return SPRINGLS_OK;
-}
-
-/* Returns the component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *c, springls__v3 p)
-{
-    int i, j, k, corner;
-    int32_t label = -1;
-    float least = FLT_MAX;
-    i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
-    j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
-    k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
+    int first[3], lowest[3] = { -1, -1, -1 }, corner;
+    int32_t high = -1;
+    float least = FLT_MAX, most = -FLT_MAX;
+    first[0] = (int)springls__floor(springls__clamp(x.x, -1.0f, (float)g->size[0]));
+    first[1] = (int)springls__floor(springls__clamp(x.y, -1.0f, (float)g->size[1]));
+    first[2] = (int)springls__floor(springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    *body = *cavity = -1;
     for (corner = 0; corner < 8; corner++) {
-        int x = i + (corner & 1), y = j + (corner >> 1 & 1), z = k + (corner >> 2), slot;
-        int32_t here;
+        int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
         float phi;
-        if (!springls__grid_contains(g, x, y, z)) continue;
-        slot = springls__slot_at(g, x, y, z);
-        if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = c->label[springls__component_node(g, c, x, y, z)];
-        phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (here < 0 || phi >= least) continue;
-        least = phi;
-        label = here;
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < least) memcpy(lowest, at, sizeof lowest);
+        least = springls__min(least, phi);
+        if (phi < 0.0f || phi <= most) continue;
+        most = phi;
+        high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
-    return label;
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (high >= 0) *cavity = springls__label_of_node(l, high);
 }
+
+/* ======== >>components  (src/stages/components.h) ============================================================== */
+/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
+   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+   volumes that components are to keep (volume_lock.h). */
+
+/* A component of the model, as it was found last. */
+typedef struct springls__component {
+    springls_component seen;
+    double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+} springls__component;
+
+/* The components that a springl bounds now, -1: none. */
+typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+
+/* A component before, by its place in the list, and one of those it has become. */
+typedef struct springls__link { int32_t before, now; } springls__link;
+
+/* The components before and now, and what links them. */
+typedef struct springls__kinship {
+    const springls__component *before;
+    int before_count;
+    springls__labels labels;
+    springls__place_now *place;   /* one a springl                          */
+    springls__link *link;         /* by `before`, then by `now`             */
+    int link_count;
+} springls__kinship;
+
+SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
+{
+    return (springls__component *)ctx->component_memory.data;
+}
+
+/* Returns the place of an id in a list by ascending ids; -1: it is not there. */
+SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (list[middle].seen.id < id) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && list[low].seen.id == id ? low : -1;
+}
+
+/* Returns true when components have ids that last. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+{
+    return ctx->model.params.components || ctx->model.params.volume_lock;
+}
+
+/* Forgets the components: ids go on where they were. */
+SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+{
+    ctx->component_count = 0;
+    ctx->components_known = ctx->components_fresh = false;
+}
+
+/* Forgets the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
+    ctx->volumes_locked = false;
+}
+
+/* ---- links ---- */
+
+SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+
+/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+{
+    const springls__constellation *set = &ctx->model.set;
+    size_t n = 0;
+    int i, c;
+    for (i = 0; i < set->count; i++) {
+        int32_t before[2], now[2];
+        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
+        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
+        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
+        now[0] = k->place[i].body;
+        now[1] = k->place[i].cavity;
+        for (c = 0; c < 2; c++) {
+            if (before[c] >= 0) count[before[c]]++;
+            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+        }
+    }
+    return n;
+}
+
+/* Returns whether `votes` of all that a component has make a link: a tenth of them, and three, or more than half. Where two come
+   close, single springls vote for the wrong one. */
+SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
+
+/* Links components that enough votes of either one link. */
+SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+{
+    size_t i = 0, first;
+    k->link_count = 0;
+    while (i < vote_count) {
+        springls__link link;
+        int64_t votes_here;
+        link.before = (int32_t)(votes[i] >> 32);
+        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
+        votes_here = (int64_t)(i - first);
+        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
+            k->link[k->link_count++] = link;
+    }
+}
+
+/* Finds the components as they are now, and links them to those before. */
+SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+{
+    size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
+    uint64_t *vote;
+    int64_t *count;
+    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
+    k->before = springls__component_list(ctx);
+    k->before_count = ctx->component_count;
+    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
+    k->place = springls__places_now(&ctx->model);
+    vote = springls__component_votes(&ctx->model);
+    count = springls__vote_counts(&ctx->model);
+    for (i = 0; i < nodes; i++) count[i] = 0;
+    votes = springls__collect_votes(ctx, k, vote, count);
+    springls__sort_keys(vote, votes);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
+    k->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(k, vote, votes, count);
+    return SPRINGLS_OK;
+}
+
+/* ---- ids ---- */
+
+/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
+   -1: none. */
+SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+{
+    int32_t i, best = -1;
+    for (i = 0; i < k->before_count; i++)
+        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
+    return best;
+}
+
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+{
+    springls__component_now *item = k->labels.item;
+    uint8_t *done;
+    int32_t before;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
+    done = springls__component_done(&ctx->model);
+    memset(done, 0, (size_t)k->before_count);
+    while ((before = springls__next_heir(k, done)) >= 0) {
+        int32_t largest = -1;
+        for (i = 0; i < k->link_count; i++) {
+            int32_t now = k->link[i].now;
+            if (k->link[i].before != before || item[now].id) continue;
+            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+        }
+        done[before] = 1;
+        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+    }
+    for (i = 0; i < k->labels.count; i++)
+        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    return SPRINGLS_OK;
+}
+
+/* Writes what the interface shows of a component. */
+SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+                                           springls_component *out)
+{
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    memset(out, 0, sizeof *out);
+    out->id = item->id;
+    out->cavity = item->cavity;
+    out->volume = item->volume * scale;
+    out->area = item->world_area;
+    out->correction = item->moved;
+    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
+                                                    (float)(item->moment[2] * weight)), out->center);
+}
+
+/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+{
+    springls__constellation *set = &ctx->model.set;
+    int i;
+    for (i = 0; i < set->count; i++) {
+        springls__place_now now = k->place[i];
+        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+    }
+}
+
+/* Makes room for the list of the components now, besides that of those before, which stays. */
+SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
+{
+    return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
+}
+
+/* Replaces the list by the components now, by ascending ids. */
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+{
+    springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    springls__buffer memory = ctx->component_memory;
+    int i, j;
+    for (i = 0; i < k->labels.count; i++) {
+        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
+        memset(&list[j], 0, sizeof *list);
+        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
+        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    }
+    ctx->component_memory = ctx->next_component_memory;
+    ctx->next_component_memory = memory;
+    ctx->component_count = k->labels.count;
+    ctx->components_known = ctx->components_fresh = true;
+}
+
+/* ---- which label is whose ---- */
+
+/* Copies to the host what components are found from. */
+SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY) | SPRINGLS__BIT(TOP)
+                         | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK);
+    ctx->on_device = false;
+    springls__forget_work(ctx);
+    return springls__to_host(ctx, reads, writes);
+}
+
+/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    uint32_t *id;
+    int i;
+    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
+    id = (uint32_t *)ctx->label_id_memory.data;
+    memset(id, 0, (size_t)l->count * sizeof *id);
+    for (i = 0; i < ctx->component_count; i++) {
+        const springls__component *c = &springls__component_list(ctx)[i];
+        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
+        if (label >= 0) id[label] = c->seen.id;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>events  (src/stages/events.h) ====================================================================== */
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+
+/* ---- where components have met or parted: between springls of two of them that are close to each other ---- */
+
+/* A springl of one of the components in question. */
+typedef struct springls__seam_springl { springls__v3 p; int32_t component; } springls__seam_springl;
+
+typedef struct springls__seam {
+    springls__seam_springl *item;
+    uint64_t *key;          /* cell of an item, and its number; ascending           */
+    int count;
+    float cell;             /* voxels                                               */
+    float nearest;          /* distance of two items of different components        */
+    double sum[3], pairs;   /* of the middles of those that are not much further    */
+} springls__seam;
+
+enum { SPRINGLS__SEAM_BITS = 31, SPRINGLS__SEAM_CELLS = 2056 }; /* bits of the number in a key; cells an axis */
+
+/* Returns the cell that is (dx, dy, dz) from that of p, which is moved into the domain. */
+SPRINGLS__FN uint64_t springls__seam_cell(const springls__seam *seam, springls__v3 p, int dx, int dy, int dz)
+{
+    uint64_t x = (uint64_t)((int)(springls__clamp(p.x, 0.0f, 4096.0f) / seam->cell) + 1 + dx);
+    uint64_t y = (uint64_t)((int)(springls__clamp(p.y, 0.0f, 4096.0f) / seam->cell) + 1 + dy);
+    uint64_t z = (uint64_t)((int)(springls__clamp(p.z, 0.0f, 4096.0f) / seam->cell) + 1 + dz);
+    return (z * SPRINGLS__SEAM_CELLS + y) * SPRINGLS__SEAM_CELLS + x;
+}
+
+/* Returns the first place of `key` with a cell not before `cell`. */
+SPRINGLS__FN int springls__seam_find(const springls__seam *seam, uint64_t cell)
+{
+    int low = 0, high = seam->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (seam->key[middle] >> SPRINGLS__SEAM_BITS < cell) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Takes a pair into account: in the first pass for the least distance, in the second for the mean of the middles. */
+SPRINGLS__FN void springls__seam_pair(springls__seam *seam, springls__v3 a, springls__v3 b, bool second)
+{
+    const float range = 1.0f; /* voxels */
+    float distance = springls__length(springls__sub(a, b));
+    if (!second) {
+        seam->nearest = springls__min(seam->nearest, distance);
+    } else if (distance <= seam->nearest + range) {
+        seam->sum[0] += 0.5 * ((double)a.x + (double)b.x);
+        seam->sum[1] += 0.5 * ((double)a.y + (double)b.y);
+        seam->sum[2] += 0.5 * ((double)a.z + (double)b.z);
+        seam->pairs += 1.0;
+    }
+}
+
+/* Pairs item i with those after it in the 27 cells around it. */
+SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool second)
+{
+    const uint64_t number = ((uint64_t)1 << SPRINGLS__SEAM_BITS) - 1;
+    const springls__seam_springl *a = &seam->item[i];
+    int row, k;
+    for (row = 0; row < 9; row++) {
+        uint64_t first = springls__seam_cell(seam, a->p, -1, row % 3 - 1, row / 3 - 1);
+        for (k = springls__seam_find(seam, first); k < seam->count; k++) {
+            const springls__seam_springl *b = &seam->item[seam->key[k] & number];
+            if (seam->key[k] >> SPRINGLS__SEAM_BITS > first + 2) break;
+            if (b > a && b->component != a->component) springls__seam_pair(seam, a->p, b->p, second);
+        }
+    }
+}
+
+/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
+{
+    const float furthest = 16.0f;
+    int i;
+    for (seam->cell = 2.0f; seam->cell <= furthest; seam->cell *= 2.0f) {
+        for (i = 0; i < seam->count; i++)
+            seam->key[i] = springls__seam_cell(seam, seam->item[i].p, 0, 0, 0) << SPRINGLS__SEAM_BITS | (uint64_t)i;
+        springls__sort_keys(seam->key, (size_t)seam->count);
+        seam->nearest = FLT_MAX;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, false);
+        if (!(seam->nearest + 1.0f <= seam->cell)) continue;
+        seam->sum[0] = seam->sum[1] = seam->sum[2] = seam->pairs = 0.0;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, true);
+        *middle = springls__v3_make((float)(seam->sum[0] / seam->pairs), (float)(seam->sum[1] / seam->pairs),
+                                    (float)(seam->sum[2] / seam->pairs));
+        return true;
+    }
+    return false;
+}
+
+/* ---- the list ---- */
+
+/* Forgets the events so far. */
+SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+
+/* Appends an event without parts. */
+SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data + ctx->event_count++;
+    memset(event, 0, sizeof *event);
+    event->kind = kind;
+    event->cavity = cavity;
+    event->step = ctx->stats.steps;
+    event->time = ctx->time;
+    return event;
+}
+
+/* Appends a part to the last event. */
+SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls_component *part)
+{
+    memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
+}
+
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    springls_component part;
+    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__add_event_part(ctx, &part);
+}
+
+/* Returns how many links a component before has, or one of now. */
+SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
+{
+    int i, n = 0;
+    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
+    return n;
+}
+
+/* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
+SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_event *event)
+{
+    int parts = event->before_count + event->after_count, i, c;
+    const springls_component *part = (const springls_component *)ctx->event_part_memory.data + ctx->event_part_count - parts;
+    for (i = 0; i < parts; i++)
+        for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
+}
+
+/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
+                                                     int32_t now, springls_event *event)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__seam seam;
+    springls__v3 middle;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_springls, set->count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_keys, set->count));
+    seam.item = springls__seam_springls(&ctx->model);
+    seam.key = springls__seam_keys(&ctx->model);
+    seam.count = 0;
+    for (i = 0; i < set->count; i++) {
+        uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
+        int32_t was = springls__find_component(k->before, k->before_count, id);
+        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
+        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        seam.item[seam.count].p = set->s[i].p;
+        seam.item[seam.count++].component = before >= 0 ? is : was;
+    }
+    if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
+    else springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the deaths and splits of a component before. */
+SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+{
+    const springls_component *seen = &k->before[before].seen;
+    int parts = springls__links_of(k, before, -1), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event->before_count = 1;
+    event->after_count = parts;
+    springls__add_event_part(ctx, seen);
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
+    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the births and mergers of a component of now. */
+SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    int parts = springls__links_of(k, -1, now), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event->before_count = parts;
+    event->after_count = 1;
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
+    springls__add_part_now(ctx, k, now);
+    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
+   still. On failure the list stays as it was. */
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+{
+    const int events = ctx->event_count, parts = ctx->event_part_count;
+    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    springls_status status = SPRINGLS_OK;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
+                                        (size_t)events * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+                                        sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
+    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
+    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->event_count = events;
+    ctx->event_part_count = parts;
+    return status;
+}
+
+/* ---- following ---- */
+
+/* Finds the components as they are now, and their ids. */
+SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+{
+    SPRINGLS__TRY(springls__find_kinship(ctx, k));
+    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
+    return springls__component_list_reserve(ctx, k->labels.count);
+}
+
+/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+{
+    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
+    springls__store_components(ctx, k);
+    springls__label_springls(ctx, k);
+    return SPRINGLS_OK;
+}
+
+/* Follows the components without keeping their volumes. */
+SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+{
+    springls__kinship k;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
+    SPRINGLS__TRY(springls__begin_following(ctx, &k));
+    return springls__end_following(ctx, &k);
+}
+
+/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
+   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
+   not every device has: it always runs on the host. */
+
+/* What the lock keeps of a component as it is now. */
+typedef struct springls__locked_component {
+    float offset, moved;    /* of this iteration, of all; voxels    */
+    int32_t node;           /* root of its tree among the links     */
+    bool speck;
+} springls__locked_component;
+
+/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+typedef struct springls__lock_node {
+    double target, volume, area;
+    double rate;            /* volume that an offset of a voxel gains                            */
+    double volume_before, offset; /* volume before the last offset; that offset, 0 before the first */
+} springls__lock_node;
+
+typedef struct springls__lock {
+    springls__kinship kinship;
+    springls__locked_component *item; /* one a component of now               */
+    springls__lock_node *node;        /* components before, then those of now */
+    int32_t *parent;                  /* their forest                         */
+    int32_t *body;                    /* of every voxel of active bricks      */
+} springls__lock;
 
 /* ---- target volumes: components before and now that springls link have one target together ---- */
 
-/* A component as a node of the links; target, volume and area are those of all its tree when it is a root. */
-typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link;
-
-typedef struct springls__component_links {
-    springls__component_link *node; /* components before, then those of now      */
-    int32_t *parent;                /* their forest                              */
-    uint64_t *votes;                /* before << 32 | now, one a springl         */
-    size_t vote_count;
-    int before;                     /* how many components there were before     */
-} springls__component_links;
-
-SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *c,
-                                                             springls__component_links *links)
+SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const double *locked = (const double *)ctx->locked_memory.data;
-    size_t nodes;
-    int i;
-    links->before = ctx->locked_count;
-    nodes = (size_t)links->before + (size_t)c->count;
-    links->vote_count = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
-    links->votes = springls__link_votes(&ctx->model);
-    links->node = springls__links(&ctx->model);
-    links->parent = springls__link_parent(&ctx->model);
-    for (i = 0; i < (int)nodes; i++) {
-        links->parent[i] = i;
-        links->node[i].votes = 0;
-        links->node[i].target = i < links->before ? locked[i] : 0.0;
-        links->node[i].volume = i < links->before ? 0.0 : c->item[i - links->before].volume;
+    const springls__kinship *k = &lock->kinship;
+    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    lock->item = springls__locked_components(&ctx->model);
+    lock->node = springls__lock_nodes(&ctx->model);
+    lock->parent = springls__lock_parent(&ctx->model);
+    lock->body = springls__body_labels(&ctx->model);
+    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->node, 0, nodes * sizeof *lock->node);
+    for (i = 0; i < nodes; i++) {
+        lock->parent[i] = (int32_t)i;
+        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
+        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
+            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
     }
     return SPRINGLS_OK;
-}
-
-/* Finds the component of every springl; each votes for a link between the one it was in and the one it is in now. */
-SPRINGLS__FN void springls__collect_votes(springls_context *ctx, const springls__volume_components *c,
-                                          springls__component_links *links)
-{
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t before = ctx->model.set.component[i];
-        int32_t now = springls__component_of_springl(&ctx->model.grid, c, ctx->model.set.s[i].p);
-        ctx->model.set.component[i] = now;
-        if (before < 0 || now < 0) continue;
-        links->node[before].votes++;
-        links->node[links->before + now].votes++;
-        links->votes[links->vote_count++] = (uint64_t)before << 32 | (uint64_t)now;
-    }
-    springls__sort_keys(links->votes, links->vote_count);
-}
-
-/* Links components with a tenth of the votes of either one: where two come close, single springls may vote for the wrong one. */
-SPRINGLS__FN void springls__link_by_votes(springls__component_links *links)
-{
-    size_t i = 0, first;
-    while (i < links->vote_count) {
-        int32_t before = (int32_t)(links->votes[i] >> 32), now = links->before + (int32_t)(links->votes[i] & 0xffffffffu);
-        int64_t votes;
-        for (first = i; i < links->vote_count && links->votes[i] == links->votes[first]; i++) continue;
-        votes = 10 * (int64_t)(i - first);
-        if (votes >= links->node[before].votes || votes >= links->node[now].votes)
-            springls__join_trees(links->parent, before, now);
-    }
 }
 
 /* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__link_specks(const springls__volume_components *c, springls__component_links *links)
+/* Links what springls link, and specks with the largest body. */
+SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    int i, largest = 0;
-    for (i = 1; i < c->count; i++)
-        if (c->item[i].volume > c->item[largest].volume) largest = i;
-    for (i = 0; i < links->before + c->count && c->count > 0; i++)
-        if (springls__is_speck(i < links->before ? links->node[i].target : links->node[i].volume))
-            springls__join_trees(links->parent, i, links->before + largest);
+    const springls__kinship *k = &lock->kinship;
+    const springls__component_now *now = k->labels.item;
+    int i, largest = -1;
+    for (i = 0; i < k->link_count; i++)
+        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
+    for (i = 0; i < k->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
+    for (i = 0; i < k->before_count && largest >= 0; i++)
+        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, k->before_count + largest);
+    for (i = 0; i < k->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
-SPRINGLS__FN void springls__sum_targets(springls__volume_components *c, springls__component_links *links)
+SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    int i, nodes = links->before + c->count;
+    const springls__kinship *k = &lock->kinship;
+    int i, nodes = k->before_count + k->labels.count;
     for (i = 0; i < nodes; i++) {
-        int32_t root = springls__find_root(links->parent, i);
+        int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
-        links->node[root].target += links->node[i].target;
-        links->node[root].volume += links->node[i].volume;
+        lock->node[root].target += lock->node[i].target;
+        lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all;
-        c->item[i].node = springls__find_root(links->parent, links->before + i);
-        all = &links->node[c->item[i].node];
+    for (i = 0; i < k->labels.count; i++) {
+        springls__lock_node *all;
+        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
-/* Stores the target of every component for the next step; linked ones share theirs by their volumes. */
-SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *c,
-                                                       const springls__component_links *links)
+/* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
+SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    double *locked;
-    int i;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)c->count + 1, sizeof *locked, 0));
-    locked = (double *)ctx->locked_memory.data;
-    for (i = 0; i < c->count; i++) {
-        const springls__component_link *all = &links->node[c->item[i].node];
-        locked[i] = all->volume > 0.0 ? all->target * (c->item[i].volume / all->volume) : 0.0;
+    const springls__labels *l = &lock->kinship.labels;
+    int i, v, o[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            lock->body[i * SPRINGLS__BRICK_VOXELS + v]
+                = springls__grid_contains(g, x, y, z) ? springls__body_of_voxel(g, l, x, y, z) : -1;
+        }
     }
-    ctx->locked_count = c->count;
-    return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
 
 typedef struct springls__offset_job {
     springls_context *ctx;
-    const springls__volume_components *components;
+    const springls__lock *lock;
 } springls__offset_job;
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
-    const springls__volume_components *c = job->components;
+    const springls__lock *lock = job->lock;
     const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t label = c->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - c->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
         }
     }
 }
@@ -11940,88 +12896,160 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
+        int32_t body = job->lock->kinship.place[begin].body;
         springls__v3 by;
-        if (ctx->model.set.component[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->components->item[ctx->model.set.component[begin]].offset);
+        if (body < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-/* Sums volumes and areas of linked components; specks have no area that could move. */
-SPRINGLS__FN void springls__sum_linked(const springls__volume_components *c, springls__component_links *links)
+/* Adds a triangle to the body that it bounds. */
+SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
+    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
+    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+}
+
+/* Measures the bodies, with the labels from before they moved. */
+SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i, c;
+    for (i = 0; i < l->count; i++) {
+        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
+        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
+    }
+    springls__visit_triangles(g, l, springls__measure_body);
+}
+
+/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     int i;
-    for (i = 0; i < c->count; i++) links->node[c->item[i].node].volume = links->node[c->item[i].node].area = 0.0;
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all = &links->node[c->item[i].node];
-        all->volume += c->item[i].volume;
-        if (!c->item[i].speck) all->area += c->item[i].area;
+    for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
+    for (i = 0; i < l->count; i++) {
+        springls__lock_node *all = &lock->node[lock->item[i].node];
+        if (l->item[i].cavity) continue;
+        all->volume += l->item[i].volume;
+        if (!lock->item[i].speck) all->area += l->item[i].area;
     }
 }
 
-/* Chooses offsets by Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *c, springls__component_links *links)
+/* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
+SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
+    const springls__kinship *k = &lock->kinship;
+    int i;
+    for (i = 0; i < k->before_count + k->labels.count; i++) {
+        springls__lock_node *all = &lock->node[i];
+        double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
+        all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
+        all->volume_before = all->volume;
+        all->offset = 0.0;
+    }
+}
+
+/* Chooses offsets by Newton's method. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_linked(c, links);
-    for (i = 0; i < c->count; i++) {
-        springls__volume_component *item = &c->item[i];
-        const springls__component_link *all = &links->node[item->node];
+    springls__sum_linked(lock);
+    springls__find_rates(lock);
+    for (i = 0; i < l->count; i++) {
+        springls__locked_component *item = &lock->item[i];
+        springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (item->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
-        by = missing / all->area;
+        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        by = missing / all->rate;
         item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;
     }
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *c,
-                                            springls__component_links *links)
+/* Moves bodies until their volumes are right. Returns whether any has moved. */
+SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
     const int iterations = 6;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
-    job.components = c;
-    for (i = 0; i < iterations && springls__choose_offsets(c, links); i++) {
+    job.lock = lock;
+    ctx->stats.volume_correction = 0.0f;
+    if (!springls__choose_offsets(lock)) return false;
+    springls__label_bodies(&ctx->model.grid, lock);
+    lock->kinship.labels.body = lock->body;
+    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_components(&ctx->model.grid, c);
+        springls__measure_bodies(&ctx->model.grid, lock);
     }
-    springls__sum_linked(c, links);
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    ctx->stats.volume_correction = 0.0f;
-    for (i = 0; i < c->count; i++)
-        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(c->item[i].moved));
+    for (i = 0; i < lock->kinship.labels.count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
+    return true;
 }
 
-/* Corrects the volumes after a step. The first time, when there are no targets yet, it only stores them. */
+/* Links components, and finds what volumes they are to have. */
+SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, springls__lock *lock)
+{
+    SPRINGLS__TRY(springls__lock_begin(ctx, lock));
+    springls__join_linked(lock);
+    springls__sum_targets(lock);
+    return SPRINGLS_OK;
+}
+
+/* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
+SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i;
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    for (i = 0; i < l->count; i++) {
+        int32_t body = lock->body[l->item[i].deepest];
+        if (body >= 0) l->item[i].moved = lock->item[body].moved;
+    }
+    return springls__find_targets(ctx, lock);
+}
+
+/* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
+SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
+    int i;
+    for (i = 0; i < l->count; i++) {
+        const springls__lock_node *all = &lock->node[lock->item[i].node];
+        int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
+        springls__component *kept = springls__component_list(ctx) + at;
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+    }
+    ctx->volumes_locked = true;
+}
+
+/* Follows the components, and corrects their volumes after a step. The first time, when there are no targets yet, it only stores
+   them. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__volume_components components;
-    springls__component_links links;
-    int i;
-    bool first = ctx->locked_count == 0;
+    springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_components(ctx, &components));
-    for (i = 0; i < components.count; i++) components.item[i].speck = springls__is_speck(components.item[i].volume);
-    SPRINGLS__TRY(springls__component_links_begin(ctx, &components, &links));
-    for (i = 0; i < ctx->model.set.count && first; i++) ctx->model.set.component[i] = -1; /* numbers of an earlier lock */
-    springls__collect_votes(ctx, &components, &links);
-    springls__link_by_votes(&links);
-    springls__link_specks(&components, &links);
-    springls__sum_targets(&components, &links);
-    if (!first) springls__correct_volumes(ctx, &components, &links);
-    return springls__lock_components(ctx, &components, &links);
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__find_targets(ctx, &lock));
+    if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
+    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    springls__lock_components(ctx, &lock);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
@@ -12034,13 +13062,25 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
     return iteration % ctx->model.params.resample_period == 0;
 }
 
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+
 /* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+    return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+/* Returns true when components have ids, but no volumes to keep. */
+SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+}
+
+/* Returns true when the model has changed since its components were found, or they have not been found yet. */
+SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+}
 
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
@@ -12118,9 +13158,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        ctx->locked_count = 0;
+        springls__forget_targets(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
+    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -12224,7 +13265,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -12241,6 +13283,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -12361,19 +13404,20 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
         || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
+                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__forget_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
-    ctx->step.forces = *step->forces;
+    if (step->forces) ctx->step.forces = *step->forces;
     ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
@@ -12560,6 +13604,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
+    p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -12588,6 +13634,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.vertex_velocity = 1;
     p.keep_edges = 1;
     p.min_component = 1.0f;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -12637,6 +13684,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
+    SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);
@@ -12657,7 +13706,14 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
-    springls__buffer_free(ctx, &ctx->locked_memory);
+    springls__buffer_free(ctx, &ctx->component_memory);
+    springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->label_rank);
+    springls__buffer_free(ctx, &ctx->label_parent);
+    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->event_memory);
+    springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
@@ -12980,179 +14036,6 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
     }
 }
 
-/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads the indexed meshes that callers pass. */
-
-/* Returns position i of an array whose positions are `stride` bytes apart. */
-SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
-{
-    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
-}
-
-/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
-SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
-
-/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
-/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
-
-/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
-{
-    springls__dipole d;
-    springls__tri t;
-    if (!node->count) return surface->dipoles[node->first + i];
-    memset(&d, 0, sizeof d);
-    t = springls__surface_triangle(surface, surface->order[node->first + i]);
-    d.center = springls__tri_centroid(t);
-    d.area = springls__scale(springls__tri_area2(t), 0.5f);
-    d.weight = springls__length(d.area);
-    return d;
-}
-
-/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
-SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
-{
-    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
-                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
-                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
-}
-
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole child = springls__dipole_child(surface, node, i);
-            d->area = springls__add(d->area, child.area);
-            d->center = springls__mad(d->center, child.center, child.weight);
-            d->weight += child.weight;
-        }
-        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->radius2 = springls__dipole_radius2(node, d->center);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
-   one. A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
-}
-
-/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
-
-typedef struct springls__mesh_distance {
-    const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
-    float band;    /* where phi is clamped, voxels */
-} springls__mesh_distance;
-
-SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
-{
-    const springls__bvh_node *n = &surface->nodes[0];
-    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
-           || x.z > n->upper[2];
-}
-
-/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
-   does not count, so that away from holes phi is the plain distance. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
-
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
-
-/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
-   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
-{
-    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
-    int b;
-    for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
-        if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
-        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
-    }
-    return known;
-}
-
-/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
-   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
-   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
-   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
-SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
-{
-    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
-    int i, guess = -1;
-    if (voxels) search = m->band + 3.0f;
-    else if (m->balanced) search = m->band + 8.0f;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool computed = false;
-        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
-            computed = side == 0.0f;
-            if (computed) side = springls__mesh_side(m, points[i]);
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
-        out[i] = side * distance;
-    }
-}
-
 /* ======== >>set_level_set  (src/input/set_level_set.h) ========================================================= */
 /* set_level_set.h - builds models from signed distances, level sets, labels and thresholds, and their initial springls. */
 
@@ -13166,12 +14049,18 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+/* Makes phi the original level set: phi_ref = phi. */
+SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__reference_copy(ctx);
+}
+
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__make_reference(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
@@ -13629,82 +14518,290 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
-SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
+
+/* Returns position i of an array whose positions are `stride` bytes apart. */
+SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__make_original(ctx));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
+}
+
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
+SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
-    return SPRINGLS_OK;
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
+/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
+
+typedef struct springls__mesh_distance {
+    const springls__surface *surface;
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
+} springls__mesh_distance;
+
+SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
 {
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+    const springls__bvh_node *n = &surface->nodes[0];
+    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
+           || x.z > n->upper[2];
 }
 
-SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                      const float *correspondences, int count)
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
+SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
-    int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
-            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
-            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
-    return SPRINGLS_OK;
+    float w;
+    if (m->balanced) {
+        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
+        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
+    }
+    w = springls__surface_winding(m->surface, x, 2.5f);
+    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
 }
 
-/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
-SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                     int count)
+enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
+                                        float distance, float *side)
 {
-    int i, m;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
+    float known = 0.0f;
+    int b;
+    for (b = 0; b < 3; b++) {
+        int j = i - back[b];
+        float apart, past;
+        if (j < 0) continue;
+        past = sides[j % SPRINGLS__MESH_RING];
+        if (past != 1.0f && past != -1.0f) continue;
+        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
+        if (distance + springls__fabs(out[j]) <= apart) continue;
+        *side = past;
+        known = springls__max(known, springls__fabs(out[j]) - apart);
+    }
+    return known;
+}
+
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
+SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
+    bool reuse = voxels || m->balanced;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
+    int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
-        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
+        springls__surface_hit h;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
+        if (!voxels || known < m->band + 0.1f) {
+            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            if (h.triangle >= 0) guess = h.triangle;
+            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
+        } else distance = known;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
+        out[i] = side * distance;
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
-    for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    }
-    return springls__make_original(ctx);
 }
 
-SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                   const float *correspondences, int count)
+/* ======== >>split_input  (src/input/split_input.h) ============================================================= */
+/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
+   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
+   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+
+enum { SPRINGLS__SPLIT_STACK = 256 };
+
+/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+typedef struct springls__split_part { double q[3][3]; } springls__split_part;
+
+/* Holds what parts are divided by. room: how many more springls there may be. */
+typedef struct springls__split_rule { double longest2, lower[3], upper[3]; int room; } springls__split_rule;
+
+/* Returns the rule for a model of `given` triangles. An equilateral triangle of the largest edge is no larger than split_area, so
+   that resample leaves all parts as they are. */
+SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context *ctx, int given)
 {
-    springls_status status;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
-    springls__clear_model(ctx);
-    status = springls__take_springls(ctx, vertices, particles, count);
-    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
-    return springls__clear_on_failure(ctx, status);
+    const double margin = 0.5 + (double)ctx->model.params.band_half_width; /* beyond the outermost voxels */
+    const double edge = (double)ctx->model.params.split_edge, area = (double)ctx->model.params.split_area;
+    const double edge2_of_area = 2.309401077; /* 4 / sqrt 3 */
+    springls__split_rule rule;
+    int k;
+    rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
+    if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
+    rule.room = springls__imax(ctx->desc.max_springls - given, 0);
+    for (k = 0; k < 3; k++) {
+        rule.lower[k] = -margin;
+        rule.upper[k] = (double)ctx->desc.grid.size[k] - 1.0 + margin;
+    }
+    return rule;
+}
+
+/* Returns true when the bounds of a part meet the grid. */
+SPRINGLS__FN bool springls__part_in_grid(const springls__split_rule *rule, const springls__split_part *part)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        int below = 0, above = 0;
+        for (i = 0; i < 3; i++) {
+            below += part->q[i][k] < rule->lower[k];
+            above += part->q[i][k] > rule->upper[k];
+        }
+        if (below == 3 || above == 3) return false;
+    }
+    return true;
+}
+
+/* Returns the longest edge: 0, 1 or 2, from that corner to the next; and its squared length. */
+SPRINGLS__FN int springls__part_longest_edge(const springls__split_part *part, double *length2)
+{
+    int m, k, longest = 0;
+    *length2 = -1.0;
+    for (m = 0; m < 3; m++) {
+        double sum = 0.0;
+        for (k = 0; k < 3; k++) sum += (part->q[(m + 1) % 3][k] - part->q[m][k]) * (part->q[(m + 1) % 3][k] - part->q[m][k]);
+        if (sum <= *length2) continue;
+        *length2 = sum;
+        longest = m;
+    }
+    return longest;
+}
+
+/* Cuts a part from the middle of an edge to the opposite corner; both halves keep its orientation. */
+SPRINGLS__FN void springls__part_halve(springls__split_part part, int edge, springls__split_part *first,
+                                       springls__split_part *second)
+{
+    int next = (edge + 1) % 3, k;
+    *first = *second = part;
+    for (k = 0; k < 3; k++)
+        first->q[next][k] = second->q[edge][k] = 0.5 * (part.q[edge][k] + part.q[next][k]);
+}
+
+/* Appends a springl; it comes from the input, and its particle is its correspondence. */
+SPRINGLS__FN springls_status springls__part_append(springls_context *ctx, const springls__split_part *part)
+{
+    springls__springl s;
+    int m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + 1));
+    memset(&s, 0, sizeof s);
+    for (m = 0; m < 3; m++) s.q[m] = springls__v3_make((float)part->q[m][0], (float)part->q[m][1], (float)part->q[m][2]);
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+    return SPRINGLS_OK;
+}
+
+/* Appends the springls of one triangle. Parts outside of the grid stay whole; so do those beyond max_springls, which are counted
+   as refused. */
+SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, springls__split_rule *rule, const springls__v3 q[3])
+{
+    springls__split_part stack[SPRINGLS__SPLIT_STACK];
+    int top = 1, m;
+    for (m = 0; m < 3; m++) {
+        stack[0].q[m][0] = (double)q[m].x;
+        stack[0].q[m][1] = (double)q[m].y;
+        stack[0].q[m][2] = (double)q[m].z;
+    }
+    while (top) {
+        const springls__split_part part = stack[--top];
+        double length2;
+        int edge = springls__part_longest_edge(&part, &length2);
+        bool large = length2 > rule->longest2 && springls__part_in_grid(rule, &part);
+        if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
+            springls__part_halve(part, edge, &stack[top + 1], &stack[top]);
+            rule->room--;
+            top += 2;
+        } else {
+            ctx->stats.refused += large;
+            SPRINGLS__TRY(springls__part_append(ctx, &part));
+        }
+    }
+    return SPRINGLS_OK;
 }
 
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
@@ -13718,7 +14815,7 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
      to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
      are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 
 /* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
    triangles run from low to high less how many run from high to low. */
@@ -14042,21 +15139,52 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
-SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
+/* Returns the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
-    uint8_t mirrored = springls__is_mirrored(ctx);
-    int t, k;
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+{
+    const uint8_t mirrored = springls__is_mirrored(ctx);
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->original, m->count));
     for (t = 0; t < m->count; t++) {
-        springls__springl s;
-        springls__tri tri;
-        memset(&s, 0, sizeof s);
         m->turn[t] ^= mirrored;
-        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
-        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
-        s.p = springls__tri_centroid(tri);
-        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+        springls__mesh_corners(m, t, ctx->original.points + 3 * t);
     }
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->original, m->count));
+    return springls__surface_make_dipoles(ctx, &ctx->original);
+}
+
+/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
+   is one half, and between two sheets that lie on each other it is 0. */
+SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
+{
+    const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        springls__tri t = springls__surface_triangle(surface, i);
+        float size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        springls__v3 x = springls__mad(springls__tri_centroid(t), springls__tri_normal(t), -springls__min(depth, share * size));
+        if (springls__surface_winding(surface, x, 2.5f) > more_than_flat) return true;
+    }
+    return false;
+}
+
+/* Appends the springls of the original surface's triangles, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
+    int t;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
+    for (t = 0; t < ctx->original.count; t++)
+        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -14087,10 +15215,10 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
-    springls__mesh_append_springls(ctx, m);
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    if (!springls__surface_has_inside(&ctx->original))
+        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
@@ -14098,7 +15226,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__make_original(ctx));
+    SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -14175,6 +15303,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
+    report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
@@ -14203,6 +15332,208 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
     springls__mesh_intake_free(ctx, &intake);
     return status;
+}
+
+/* ======== >>set_reference  (src/input/set_reference.h) ========================================================= */
+/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    SPRINGLS__TRY(springls__make_original(ctx));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return SPRINGLS_OK;
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
+           + surface->source_memory.bytes;
+}
+
+/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
+   model's surface in exchange. */
+SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
+{
+    const springls__grid *from = &other->model.reference;
+    springls__grid *to = &ctx->model.reference;
+    springls__surface original = ctx->original;
+    size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
+    memcpy(to->top, from->top, springls__brick_count(from) * sizeof *from->top);
+    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
+    to->slot_count = from->slot_count;
+    to->far_value = from->far_value;
+    ctx->original = other->original;
+    other->original = original;
+    ctx->memory_used = ctx->memory_used - own + taken;
+    other->memory_used = other->memory_used - taken + own;
+    ctx->reference_stamp = 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (report) memset(report, 0, sizeof *report);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
+    if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
+    else status = springls__use_host(ctx, true);
+    if (status == SPRINGLS_OK) status = springls__take_reference(ctx, other);
+    springls_destroy(other);
+    return status;
+}
+
+/* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
+/* set_springls.h - models from springls themselves, and which of them relax. */
+
+SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                      const float *correspondences, int count)
+{
+    int i;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
+            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
+            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
+SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                     int count)
+{
+    int i, m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    for (i = 0; i < count; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
+        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    for (i = 0; i < 4; i++) {
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    }
+    return springls__make_original(ctx);
+}
+
+SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                   const float *correspondences, int count)
+{
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
+    springls__clear_model(ctx);
+    status = springls__take_springls(ctx, vertices, particles, count);
+    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
+        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
+    return springls__clear_on_failure(ctx, status);
+}
+
+/* ======== >>write  (src/input/write.h) ========================================================================= */
+/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+
+/* Sends one of the caller's arrays to the device. NULL: nothing. */
+SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
+                                                         size_t points)
+{
+    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+}
+
+/* Writes springls on the device: what goes there is the range alone. */
+SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
+                                                       const float *vertices, const float *particles)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+}
+
+/* Writes a range of springls. A part that is NULL follows the other. */
+SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
+                                             const float *particles)
+{
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.write.first = first;
+    args.write.vertices = vertices != NULL;
+    args.write.particles = particles != NULL;
+    if (ctx->on_device) {
+        springls_status status = springls__write_on_device(ctx, &args, count, vertices, particles);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    ctx->model.force.written_vertices = (springls__v3 *)(void *)vertices;
+    ctx->model.force.written_particles = (springls__v3 *)(void *)particles;
+    springls__run(ctx, SPRINGLS__KERNEL_write, count, &args);
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
+{
+    size_t i, n = points ? (size_t)count * (size_t)each : 0;
+    for (i = 0; i < n; i++)
+        if (!springls__valid_point(points + 3 * i))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+                                  first + (int)(i / (size_t)each));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (first < 0 || count < 0 || first > ctx->model.set.count - count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
+                              ctx->model.set.count);
+    if (count == 0) return SPRINGLS_OK;
+    if (!vertices && !particles)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
+    SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
+    SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__write(ctx, first, count, vertices, particles);
+    ctx->calls--;
+    if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
@@ -14859,36 +16190,165 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__report_device_failure(ctx, status);
 }
 
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__follows_components(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (count > 0 && (!points || !out)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
+    for (i = 0; i < 3 * count; i++)
+        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
-/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
-   both, so that a ray cannot slip between them. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
+   same bits for both, so that a ray cannot slip between them. */
+typedef struct springls__ray_frame {
+    double origin[3], sx, sy, sz;
     int kx, ky, kz;
-    float sx, sy, sz;
+} springls__ray_frame;
+
+/* The direction must not be zero. */
+SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
+{
+    springls__ray_frame f;
+    int k;
+    f.kz = 0;
+    for (k = 0; k < 3; k++) {
+        f.origin[k] = origin[k];
+        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
+    }
+    f.kx = (f.kz + 1) % 3;
+    f.ky = (f.kz + 2) % 3;
+    f.sz = 1.0 / direction[f.kz];
+    f.sx = direction[f.kx] * f.sz;
+    f.sy = direction[f.ky] * f.sz;
+    return f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
+SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
+{
+    double p[3][3], u, v, w, det;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - f->origin[0];
+        d[1] = (double)q.y - f->origin[1];
+        d[2] = (double)q.z - f->origin[2];
+        p[m][0] = d[f->kx] - f->sx * d[f->kz];
+        p[m][1] = d[f->ky] - f->sy * d[f->kz];
+        p[m][2] = f->sz * d[f->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    det = u + v + w;
+    if (det == 0.0) return false;
+    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(*t >= 0.0 && *t <= t_max)) return false;
+    weight[0] = (float)(u / det);
+    weight[1] = (float)(v / det);
+    weight[2] = 1.0f - weight[0] - weight[1];
+    return true;
+}
+
+/* ---- through a hierarchy ---- */
+
+typedef struct springls__ray {
+    springls__ray_frame frame;
+    float origin[3], inverse[3];
 } springls__ray;
 
 SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
 {
     springls__ray r;
+    double from[3], along[3];
     int k;
     r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
     for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
+        float d = (float)along[k];
+        from[k] = (double)r.origin[k];
         r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
     }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
+    r.frame = springls__ray_frame_make(from, along);
     return r;
 }
 
@@ -14909,37 +16369,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+/* Returns whether the ray meets a triangle within t_max, and where. */
 SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    double t;
+    float b[3];
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
     out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    memcpy(out->hit.bary, b, sizeof b);
+    out->hit.point = springls__tri_point(tri, b);
     return 1;
 }
 
@@ -15013,16 +16451,447 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
     return search.best;
 }
 
+/* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
+   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+   between two of them. */
+
+/* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
+typedef struct springls__level_hit {
+    bool found;
+    springls__v3 place, n;
+} springls__level_hit;
+
+/* Returns the k-th triangle of the cube whose corner 0 is voxel `at`. */
+SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int mask, const int at[3], int k)
+{
+    springls__cube_range range;
+    memset(&range, 0, sizeof range);
+    return springls__cube_triangle(&range, cell, mask, at[0], at[1], at[2], k);
+}
+
+/* ---- rays ---- */
+
+/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that each slab has a few cubes. */
+typedef struct springls__level_ray {
+    const springls__grid *g;
+    springls__ray_frame frame;
+    double t_max;
+    springls__level_hit best;
+} springls__level_ray;
+
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
+   more than all rounding errors. */
+SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double slack = 1e-6, slope = axis == f->kx ? f->sx : f->sy;
+    double a = f->origin[axis] + (begin - f->origin[f->kz]) * slope, b = f->origin[axis] + (end - f->origin[f->kz]) * slope;
+    span[0] = springls__imax((int)((a < b ? a : b) - slack + 1.0) - 1, -1); /* above -1 the cast rounds down */
+    span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
+}
+
+/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)begin, (double)end, u);
+    springls__level_ray_span(ray, ky, (double)begin, (double)end, v);
+    if (u[0] > u[1] || v[0] > v[1]) return false;
+    at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
+    for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
+        for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
+            if (springls__slot_at(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+    return false;
+}
+
+/* Takes the triangles of a cube that the ray meets earlier than the best. */
+SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int at[3])
+{
+    const springls__grid *g = ray->g;
+    springls__mc_cell cell;
+    int mask, k;
+    if (springls__slot_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0)) < SPRINGLS__FIRST_SLOT)
+        return;
+    cell = springls__grid_cube(g, at[0], at[1], at[2]);
+    mask = springls__mc_case(cell);
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__level_triangle(cell, mask, at, k);
+        float weight[3];
+        double along;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        ray->t_max = along;
+        ray->best.found = true;
+        ray->best.place = springls__tri_point(t, weight);
+        ray->best.n = springls__tri_area2(t);
+    }
+}
+
+/* Visits the cubes of one slab, and returns whether the ray has met a triangle. */
+SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)slab, (double)slab + 1.0, u);
+    springls__level_ray_span(ray, ky, (double)slab, (double)slab + 1.0, v);
+    at[ray->frame.kz] = slab;
+    for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
+        for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
+    return ray->best.found;
+}
+
+/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
+SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
+                                           double *t_in, double *t_out, double from[3])
+{
+    int k, entry = -1;
+    for (k = 0; k < 3; k++) {
+        double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
+        if (direction[k] != 0.0) {
+            double a = lower / direction[k], b = upper / direction[k];
+            if ((a < b ? a : b) > *t_in) {
+                *t_in = a < b ? a : b;
+                entry = k;
+            }
+            if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
+        } else if (lower > 0.0 || upper < 0.0) {
+            return false;
+        }
+    }
+    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
+        const double lower = -1.0, upper = (double)g->size[k];
+        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
+        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
+    }
+    return *t_in <= *t_out;
+}
+
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; then *t is where. */
+SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
+                                                           const double direction[3], double *t)
+{
+    springls__level_ray ray;
+    double from[3], t_in = 0.0, t_out = *t;
+    int k, slab, last, step, end;
+    memset(&ray, 0, sizeof ray);
+    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
+    ray.g = g;
+    ray.frame = springls__ray_frame_make(from, direction);
+    ray.t_max = *t - t_in;
+    k = ray.frame.kz;
+    step = direction[k] > 0.0 ? 1 : -1;
+    slab = springls__iclamp((int)(from[k] - step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    last = step > 0 ? g->size[k] - 1 : -1;
+    for (;; slab = end + step) {
+        int first = springls__imax(slab, 0) & ~7;
+        end = step > 0 ? springls__imin(first + 7, last) : first > 0 ? first : -1;
+        if (ray.frame.sz * ((double)(step > 0 ? slab : slab + 1) - from[k]) > t_out - t_in + 1e-6 * fabs(ray.frame.sz))
+            break;
+        if (springls__level_ray_active(&ray, step > 0 ? slab : end, (step > 0 ? end : slab) + 1))
+            for (; (slab - end) * step <= 0; slab += step)
+                if (springls__level_ray_slab(&ray, slab)) {
+                    *t = t_in + ray.t_max;
+                    return ray.best;
+                }
+        if (end == last) break;
+    }
+    return ray.best;
+}
+
+/* ---- the closest point ---- */
+
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
+   of voxels are lower bounds of them. */
+typedef struct springls__level_search {
+    const springls_context *ctx;
+    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    springls__v3 x;             /* the place, model coordinates                                                 */
+    float at[3];                /* and in voxels                                                                */
+    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float d2;
+    int brick, order;           /* of the best: the lowest among equals                                         */
+    springls__level_hit best;
+} springls__level_search;
+
+SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
+{
+    const double *m = ctx->to_world, *inverse = ctx->to_voxel;
+    bool oblique = false;
+    int k;
+    search->ctx = ctx;
+    search->best.found = false;
+    for (k = 0; k < 3; k++) {
+        const double *row = inverse + 4 * k;
+        const int next = (k + 1) % 3;
+        double across = m[k] * m[next] + m[4 + k] * m[4 + next] + m[8 + k] * m[8 + next];
+        double unit = (double)ctx->smallest_spacing;
+        search->weight[k] = (float)(1.0 / unit) / springls__sqrt((float)(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]));
+        oblique = oblique || fabs(across) > 1e-6 * (double)(ctx->largest_spacing * ctx->largest_spacing);
+    }
+    /* the distance is at least the largest of those along the axes, and the root of their squares where these are orthogonal */
+    for (k = 0; k < 3; k++) search->weight[k] *= oblique ? 0.577f : 0.99999f;
+}
+
+/* Returns a lower bound of the squared distance to a box of voxels. */
+SPRINGLS__FN float springls__level_box2(const springls__level_search *search, const int lower[3], const int upper[3])
+{
+    float sum = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float d = springls__max(springls__max((float)lower[k] - search->at[k], search->at[k] - (float)upper[k]), 0.0f);
+        sum += d * d * (search->weight[k] * search->weight[k]);
+    }
+    return sum;
+}
+
+SPRINGLS__FN bool springls__level_is_better(const springls__level_search *search, float d2, int brick, int order)
+{
+    if (d2 != search->d2) return d2 < search->d2;
+    return brick != search->brick ? brick < search->brick : order < search->order;
+}
+
+/* Takes the triangles of a cube that are closer than the best, or as close and of a lower order. */
+SPRINGLS__FN void springls__level_try_cube(springls__level_search *search, int brick, int cube, const int at[3], int mask,
+                                           springls__mc_cell cell)
+{
+    int k;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri voxels = springls__level_triangle(cell, mask, at, k), t;
+        springls__tri_hit h;
+        int order = 8 * cube + k;
+        float d;
+        t.a = springls__voxel_to_model(search->ctx, voxels.a);
+        t.b = springls__voxel_to_model(search->ctx, voxels.b);
+        t.c = springls__voxel_to_model(search->ctx, voxels.c);
+        h = springls__tri_closest(t, search->x);
+        if (search->best.found && !springls__level_is_better(search, h.d2, brick, order)) continue;
+        d = springls__sqrt(h.d2) + search->slack;
+        search->best.found = true;
+        search->best.place = springls__tri_point(voxels, h.bary);
+        search->best.n = springls__tri_area2(voxels);
+        search->d2 = h.d2;
+        search->brick = brick;
+        search->order = order;
+        search->limit2 = springls__min(search->limit2, d * d);
+    }
+}
+
+/* Returns the cubes [span[0], span[1]] along an axis that come within `radius`, of those of a brick. */
+SPRINGLS__FN void springls__level_span(const springls__level_search *search, const springls__cube_range *range, int axis,
+                                       float radius, int span[2])
+{
+    const int first = range->origin[axis] + range->lo[axis], last = range->origin[axis] + range->hi[axis];
+    float r = radius / search->weight[axis];
+    span[0] = (int)springls__clamp(search->at[axis] - r - 1.0f, (float)first, (float)last + 1.0f);
+    span[1] = (int)springls__clamp(search->at[axis] + r, (float)first - 1.0f, (float)last);
+}
+
+/* Searches a row of cubes, from x = span[0] to span[1], of the brick at `origin`. */
+SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int brick, const int origin[3], bool border,
+                                          const int span[2], int y, int z)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float phi[4][SPRINGLS__TILE];
+    uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
+    int k, c, at[3], end[3];
+    for (k = 0; k < 4; k++) {
+        springls__load_tile_row(g, g->phi, origin, border, y + (k & 1), z + (k >> 1), phi[k]);
+        row[k] = springls__signs_of_row(phi[k]);
+        some |= row[k];
+        all &= row[k];
+    }
+    if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) return;
+    at[1] = y;
+    at[2] = z;
+    for (at[0] = span[0]; at[0] <= span[1]; at[0]++) {
+        const int x = at[0] - origin[0], mask = springls__case_between(row, x);
+        springls__mc_cell cell;
+        if (springls__mc_count(mask) == 0) continue;
+        for (c = 0; c < 3; c++) end[c] = at[c] + 1;
+        if (springls__level_box2(search, at, end) > search->limit2) continue;
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[c >> 1][x + 1 + (c & 1)];
+        springls__level_try_cube(search, brick, springls__cube_index(x, y - origin[1], z - origin[2]), at, mask, cell);
+    }
+}
+
+/* Returns a lower bound of the squared distance to the cubes of a brick of the top table; FLT_MAX when it is not active. */
+SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int lower[3], upper[3], k;
+    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    springls__brick_origin(g, brick, lower);
+    for (k = 0; k < 3; k++) {
+        upper[k] = lower[k] + SPRINGLS__BRICK;
+        lower[k] -= lower[k] == 0;
+    }
+    return springls__level_box2(search, lower, upper);
+}
+
+/* Searches the cubes of a brick of the top table, row by row. */
+SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    springls__cube_range range;
+    float radius;
+    bool border;
+    int u[2], v[2], w[2], y, z;
+    if (springls__level_brick2(search, brick) > search->limit2) return;
+    radius = springls__sqrt(search->limit2);
+    range = springls__brick_cubes(g, g->top[brick]);
+    border = springls__tile_at_border(g, range.origin);
+    springls__level_span(search, &range, 0, radius, u);
+    springls__level_span(search, &range, 1, radius, v);
+    springls__level_span(search, &range, 2, radius, w);
+    for (z = w[0]; z <= w[1]; z++)
+        for (y = v[0]; y <= v[1]; y++) {
+            int at[3], end[3];
+            at[0] = u[0]; at[1] = y; at[2] = z;
+            end[0] = u[1] + 1; end[1] = y + 1; end[2] = z + 1;
+            if (springls__level_box2(search, at, end) <= search->limit2)
+                springls__level_try_row(search, brick, range.origin, border, u, y, z);
+        }
+}
+
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
+   there are none. */
+SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float bound = FLT_MAX;
+    int k;
+    if (r == 0) return 0.0f;
+    for (k = 0; k < 3; k++) {
+        int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
+        if (lower > 0)
+            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+        if (upper < g->bricks[k])
+            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+    }
+    return bound;
+}
+
+/* A walk over the bricks of the top table that are r away from brick `center`; over all active ones when r is negative. */
+typedef struct springls__ring_walk {
+    const springls__grid *g;
+    int center[3], r, at[3], next;
+} springls__ring_walk;
+
+SPRINGLS__FN springls__ring_walk springls__ring_walk_begin(const springls__grid *g, const int center[3], int r)
+{
+    springls__ring_walk walk;
+    int k;
+    walk.g = g;
+    walk.r = r;
+    walk.next = 0;
+    for (k = 0; k < 3; k++) {
+        walk.center[k] = center[k];
+        walk.at[k] = -r;
+    }
+    return walk;
+}
+
+/* Returns the next brick; -1 at the end. */
+SPRINGLS__FN int springls__ring_walk_next(springls__ring_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    const int r = walk->r;
+    if (r < 0) return walk->next < g->active_count ? g->slot_brick[g->active[walk->next++]] : -1;
+    while (walk->at[2] <= r) {
+        int x = walk->center[0] + walk->at[0], y = walk->center[1] + walk->at[1], z = walk->center[2] + walk->at[2];
+        bool side = walk->at[1] == -r || walk->at[1] == r || walk->at[2] == -r || walk->at[2] == r;
+        walk->at[0] += side || r == 0 ? 1 : 2 * r;
+        if (walk->at[0] > r) {
+            walk->at[0] = -r;
+            walk->at[1]++;
+        }
+        if (walk->at[1] > r) {
+            walk->at[1] = -r;
+            walk->at[2]++;
+        }
+        if (x >= 0 && y >= 0 && z >= 0 && x < g->bricks[0] && y < g->bricks[1] && z < g->bricks[2])
+            return x + g->bricks[0] * (y + g->bricks[1] * z);
+    }
+    return -1;
+}
+
+/* Searches the bricks of a walk, the nearest one first: it leaves little to do in the others. */
+SPRINGLS__FN void springls__level_try_bricks(springls__level_search *search, springls__ring_walk walk)
+{
+    springls__ring_walk again = walk;
+    float nearest2 = search->limit2;
+    int brick, nearest = -1;
+    while ((brick = springls__ring_walk_next(&walk)) >= 0) {
+        float d2 = springls__level_brick2(search, brick);
+        if (d2 < nearest2) {
+            nearest2 = d2;
+            nearest = brick;
+        }
+    }
+    if (nearest < 0) return;
+    springls__level_try_brick(search, nearest);
+    while ((brick = springls__ring_walk_next(&again)) >= 0)
+        if (brick != nearest) springls__level_try_brick(search, brick);
+}
+
+/* Searches all bricks within the limit, ring by ring around brick `center`. */
+SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, const int center[3])
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int r;
+    for (r = 0; ; r++) {
+        const float bound = springls__level_ring_distance(search, center, r), side = (float)(2 * r + 1);
+        if (bound == FLT_MAX || bound * bound > search->limit2) return;
+        if (side * side * side > (float)g->active_count + 27.0f) break;
+        springls__level_try_bricks(search, springls__ring_walk_begin(g, center, r));
+    }
+    springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
+}
+
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
+   search still holds of the one before saves time and cannot change the result. */
+SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
+{
+    const springls_context *ctx = search->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
+    double x[3];
+    float phi, near, last = FLT_MAX;
+    int k, center[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    if (search->best.found) /* the last answer is on the surface too */
+        last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
+    search->best.found = false;
+    phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
+    near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+        search->limit2 = near * near;
+        springls__level_try_rings(search, center);
+        if (search->best.found && search->d2 <= near * near) return search->best;
+        search->best.found = false;
+    }
+    search->limit2 = last < 1e18f ? last * last : FLT_MAX;
+    springls__level_try_rings(search, center);
+    return search->best;
+}
+
 /* ======== >>query  (src/output/query.h) ======================================================================== */
 /* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 
-/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
+/* Fails when an array is missing or a point is not finite. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)
@@ -15071,6 +16940,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
@@ -15213,42 +17083,72 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* ---- closest point, rays ---- */
+/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+{
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+                                                ctx->model.set.count);
+    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
+    return springls__material_at(ctx, springl, x);
+}
+
+/* ---- closest points, rays ---- */
 
 typedef struct springls__hit_query {
     const springls_context *ctx;
     const float *points, *directions;
-    float max_distance; /* model units */
+    float max_distance; /* world units */
+    bool cells;         /* the cell list is fresh */
     springls_hit *out;
 } springls__hit_query;
 
-/* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
-                                     springls_hit *out)
+/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
+SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
+                                      const float bary[3], float distance, springls_hit *out)
 {
-    springls__v3 voxel;
-    springls__surface_hit material;
-    const springls__springl *s;
-    int k;
+    springls__v3 n = springls__normal_to_world(ctx, normal);
+    out->springl = springl;
+    out->id = ctx->model.set.id[springl];
+    springls__voxel_to_world(ctx, point, out->point);
+    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
+    memcpy(out->barycentric, bary, sizeof out->barycentric);
+    out->distance = distance;
+}
+
+SPRINGLS__FN void springls__hit_none(springls_hit *out)
+{
     memset(out, 0, sizeof *out);
-    out->springl = h->triangle;
-    out->material_triangle = -1;
+    out->springl = out->material_triangle = -1;
+}
+
+/* Sets the place on the original surface. */
+SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
+{
+    if (material->triangle < 0) return;
+    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
+}
+
+/* ---- on the springls ---- */
+
+/* Converts a hit on the springls to the public form. distance: model units. */
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+{
+    springls__surface_hit material;
+    springls__tri t;
+    springls__v3 voxel;
+    springls__hit_none(out);
     if (h->triangle < 0) return;
-    s = &ctx->model.set.s[h->triangle];
-    for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
-    voxel = springls__scale(s->q[0], h->hit.bary[0]);
-    voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
-    voxel = springls__mad(voxel, s->q[2], h->hit.bary[2]);
-    springls__voxel_to_world(ctx, voxel, out->point);
-    out->distance = distance * ctx->smallest_spacing;
+    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
+    voxel = springls__tri_point(t, h->hit.bary);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
     material = springls__material_at(ctx, h->triangle, voxel);
-    if (material.triangle < 0) return;
-    springls__voxel_to_world(ctx, material.hit.point, out->material);
-    springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
+    springls__hit_material(ctx, &material, out);
 }
 
 /* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
@@ -15256,13 +17156,14 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
-        springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
 }
 
-SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
@@ -15270,39 +17171,178 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
-        springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
+        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
     }
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
+/* ---- on the zero level ---- */
+
+/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    memset(&q, 0, sizeof q);
-    q.ctx = ctx;
-    q.points = points;
-    q.out = out;
-    springls__parallel(ctx, count, 64, springls__closest_task, &q);
+    float radius;
+    int nearest = -1;
+    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
+        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
+        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
+    }
+    return nearest;
+}
+
+/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
+{
+    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
+    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
+}
+
+/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
+SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
+                                          springls_hit *out)
+{
+    const springls_context *ctx = q->ctx;
+    springls__surface_hit material;
+    springls__tri_hit nearest;
+    int springl;
+    springls__hit_none(out);
+    if (!h->found) return;
+    springl = q->cells ? springls__springl_at(ctx, h)
+                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
+    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    *guess = material.triangle;
+    springls__hit_material(ctx, &material, out);
+}
+
+SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    springls__level_search search;
+    int i, guess = -1;
+    springls__level_search_begin(q->ctx, &search);
+    for (i = begin; i < end; i++) {
+        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
+        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+    }
+}
+
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
+                                         double along[3])
+{
+    const double *m = ctx->to_voxel;
+    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    int k;
+    if (!(length > 0.0)) return false;
+    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
+    return true;
+}
+
+SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        double from[3], along[3], t = (double)q->max_distance;
+        springls__level_hit h;
+        h.found = false;
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
+            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+    }
+}
+
+/* ---- the calls ---- */
+
+/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
+SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int origin[3];
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+    }
+    return true;
+}
+
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
+   list would change the grid, or working memory that a step in progress uses. */
+SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
+{
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
+                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    if (!*cells) {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        return springls__springl_surface_refresh(ctx);
+    }
+    if (!ctx->cells_fresh) {
+        springls__use_device(ctx);
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+    }
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+}
+
+/* Runs a query of either surface. */
+SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
+                                                     int count, springls_task on_level, springls_task on_soup)
+{
+    int i;
+    q->ctx = ctx;
+    if (ctx->model.set.count == 0) {
+        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
+        return SPRINGLS_OK;
+    }
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
+        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+    } else {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    }
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out)
+SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+}
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out)
 {
     springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    memset(&q, 0, sizeof q);
+    q.points = points;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
+}
+
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    q.ctx = ctx;
+    memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;
-    q.max_distance = max_distance > 0.0f ? springls__min(max_distance / ctx->smallest_spacing, 1e18f) : 1e18f;
+    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
     q.out = out;
-    springls__parallel(ctx, count, 64, springls__raycast_task, &q);
-    return SPRINGLS_OK;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
@@ -15979,6 +18019,9 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
    their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 
+/* Bytes of an event without the pointers to its parts. */
+#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
+
 typedef struct springls__snapshot_head {
     char magic[8];
     uint32_t version, byte_order;
@@ -15986,7 +18029,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -16001,8 +18044,10 @@ typedef struct springls__snapshot_state {
     springls_stats stats;
     springls_params params;
     int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
-    uint32_t next_id, step;
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
+    int32_t components, events, event_parts;
+    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint32_t next_id, step, last_component_id;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -16015,7 +18060,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_COMPONENTS,
+    SPRINGLS__SECTION_EVENTS,
+    SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
@@ -16044,7 +18091,9 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
@@ -16140,7 +18189,13 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->neighbors_age = ctx->neighbors_age;
     s->has_neighbors = ctx->neighbors_age >= 0;
     s->bricks = ctx->model.grid.active_count;
-    s->locked = ctx->locked_count;
+    s->components = ctx->component_count;
+    s->events = ctx->event_count;
+    s->event_parts = ctx->event_part_count;
+    s->components_known = ctx->components_known;
+    s->components_fresh = ctx->components_fresh;
+    s->volumes_locked = ctx->volumes_locked;
+    s->last_component_id = ctx->last_component_id;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -16193,6 +18248,15 @@ SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const spr
                   springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
 }
 
+/* Writes the events. */
+SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    const springls_event *event = (const springls_event *)ctx->event_memory.data;
+    int i;
+    out += layout->at[SPRINGLS__SECTION_EVENTS];
+    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+}
+
 /* Writes the head of a block that is complete but for it. */
 SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
 {
@@ -16224,8 +18288,11 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
+    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
+    springls__put_events(ctx, layout, out);
+    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
@@ -16332,7 +18399,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -16354,27 +18421,44 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
-SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
+/* Returns whether an array of the constellation has valid elements: floats and flags. */
+SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
-    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
     return true;
 }
 
-/* Returns whether the locked volumes are finite. */
-SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+/* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
+SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    double volume;
-    uint64_t i;
-    for (i = 0; i < bytes; i += sizeof volume) {
-        memcpy(&volume, data + i, sizeof volume);
-        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    springls__component c;
+    uint32_t before = 0;
+    int i;
+    for (i = 0; i < s->components; i++) {
+        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
+        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
+        before = c.seen.id;
     }
     return true;
+}
+
+/* Returns whether the events have as many parts as there are. */
+SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
+{
+    springls_event event;
+    int64_t parts = 0;
+    int i;
+    for (i = 0; i < s->events; i++) {
+        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+        if (event.before_count < 0 || event.after_count < 0) return false;
+        parts += (int64_t)event.before_count + event.after_count;
+    }
+    return parts == s->event_parts;
 }
 
 /* Returns whether a section has valid elements. */
@@ -16383,7 +18467,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
 {
     const char *data = block + layout->at[section];
     const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
     if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
     switch (section) {
@@ -16395,7 +18479,9 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
         return !bytes
             || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
+    case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
+    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
@@ -16455,8 +18541,12 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
-                                        (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
+                                        (size_t)ctx->component_count * sizeof(springls__component)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
+                                        (size_t)ctx->event_count * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)s->event_parts + 1, sizeof(springls_component),
+                                        (size_t)ctx->event_part_count * sizeof(springls_component)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
@@ -16536,7 +18626,11 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
     springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
+    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
+    for (i = 0; i < s->events; i++)
+        memcpy((springls_event *)ctx->event_memory.data + i,
+               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -16570,8 +18664,14 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->stats = s->stats;
-    ctx->locked_count = s->locked;
+    ctx->component_count = s->components;
+    ctx->event_count = s->events;
+    ctx->event_part_count = s->event_parts;
+    ctx->last_component_id = s->last_component_id;
+    ctx->components_known = s->components_known != 0;
+    ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
+    ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
 }
 
@@ -16702,7 +18802,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 723 \"springls.h\"\n",
+    "#line 761 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16795,12 +18895,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
+    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
     "\n",
-    "    /* initial springls of a level set or shape */\n",
+    "    /* initial springls: of a mesh; of a level set or shape */\n",
+    "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
+    "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1514 \"springls.h\"\n",
+    "#line 1677 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16811,6 +18914,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -16859,6 +18965,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__contract_arguments contract;\n",
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
+    "    springls__write_arguments write;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -16874,7 +18981,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1589 \"springls.h\"\n",
+    "#line 1756 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16949,14 +19056,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
-    "    /* volume_lock */                                                                                                            \\\n",
-    "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
-    "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
+    "    /* components, events, volume_lock */                                                                                        \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \\\n",
+    "    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
+    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1672 \"springls.h\"\n",
+    "#line 1841 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -17032,7 +19141,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1749 \"springls.h\"\n",
+    "#line 1918 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -17051,7 +19160,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1769 \"springls.h\"\n",
+    "#line 1938 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17066,7 +19175,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1785 \"springls.h\"\n",
+    "#line 1954 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17190,7 +19299,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1909 \"springls.h\"\n",
+    "#line 2078 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -17216,7 +19325,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1936 \"springls.h\"\n",
+    "#line 2105 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -17367,7 +19476,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2088 \"springls.h\"\n",
+    "#line 2257 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17382,7 +19491,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2103 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17506,14 +19615,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2227 \"springls.h\"\n",
+    "#line 2396 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2235 \"springls.h\"\n",
+    "#line 2404 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17525,7 +19634,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2247 \"springls.h\"\n",
+    "#line 2416 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17540,7 +19649,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2263 \"springls.h\"\n",
+    "#line 2432 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17584,7 +19693,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2307 \"springls.h\"\n",
+    "#line 2476 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17599,7 +19708,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2322 \"springls.h\"\n",
+    "#line 2491 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17643,17 +19752,24 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2366 \"springls.h\"\n",
+    "#line 2535 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
+    "\n",
+    "/* Returns the point of a triangle with weights on a, b, c. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])\n",
+    "{\n",
+    "    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],\n",
+    "                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],\n",
+    "                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
     "    springls__tri_hit h;\n",
     "    h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;\n",
-    "    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,\n",
-    "                                t.a.z * u + t.b.z * v + t.c.z * w);\n",
+    "    h.point = springls__tri_point(t, h.bary);\n",
     "    h.d2 = springls__length2(springls__sub(x, h.point));\n",
     "    return h;\n",
     "}\n",
@@ -17715,7 +19831,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2438 \"springls.h\"\n",
+    "#line 2614 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17730,7 +19846,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2454 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17793,7 +19909,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2517 \"springls.h\"\n",
+    "#line 2693 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17808,7 +19924,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2532 \"springls.h\"\n",
+    "#line 2708 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17871,7 +19987,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2596 \"springls.h\"\n",
+    "#line 2772 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17885,7 +20001,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
-    "    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \\\n",
+    "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
+    "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
@@ -17915,10 +20032,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what moves springls on a device (advect.h). */\n",
+    "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \\\n",
+    "    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
@@ -18103,13 +20221,20 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__STORE_MEMBER\n",
     "}\n",
     "\n",
-    "/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */\n",
+    "/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = -1;\n",
+    "    record->component = record->cavity = 0u;\n",
     "    record->phi = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
+    "{\n",
+    "    model->set.component[i] = model->set.component[from];\n",
+    "    model->set.cavity[i] = model->set.cavity[from];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -18180,7 +20305,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 3091 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18261,13 +20386,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
-    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */\n",
+    "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
+    "                                            float corner[8])\n",
     "{\n",
-    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
-    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
-    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;\n",
-    "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
+    "    int c;\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
     "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
@@ -18279,7 +20402,17 @@ static const char *const springls__kernel_lines[] = {
     "    } else {\n",
     "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
     "    }\n",
-    "    return springls__trilinear(corner, u, v, w);\n",
+    "}\n",
+    "\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
+    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
+    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);\n",
+    "    float corner[8];\n",
+    "    springls__grid_corners(g, phi, i, j, k, corner);\n",
+    "    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);\n",
     "}\n",
     "\n",
     "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
@@ -18315,7 +20448,8 @@ static const char *const springls__kernel_lines[] = {
     "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
     "    }\n",
     "    if (one_brick) {\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS\n",
+    "        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS\n",
     "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
     "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
     "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
@@ -18357,28 +20491,41 @@ static const char *const springls__kernel_lines[] = {
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
     "}\n",
     "\n",
+    "/* Returns whether the tile of the brick at `origin` goes beyond the domain. */\n",
+    "SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])\n",
+    "{\n",
+    "    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
+    "           || origin[2] + 9 > g->size[2];\n",
+    "}\n",
+    "\n",
+    "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
+    "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
+    "{\n",
+    "    int x;\n",
+    "    if (border) {\n",
+    "        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);\n",
+    "    } else {\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
+    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int o[3], row, x;\n",
+    "    int o[3], row;\n",
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
-    "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
+    "    border = springls__tile_at_border(g, o);\n",
     "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
-    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
-    "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
-    "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
-    "        if (border) {\n",
-    "            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);\n",
-    "        } else {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);\n",
-    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
-    "            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
-    "            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
-    "        }\n",
-    "    }\n",
+    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)\n",
+    "        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,\n",
+    "                                tile + SPRINGLS__TILE * row);\n",
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
@@ -18599,7 +20746,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3326 \"springls.h\"\n",
+    "#line 3533 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18608,7 +20755,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3335 \"springls.h\"\n",
+    "#line 3542 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18623,7 +20770,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3351 \"springls.h\"\n",
+    "#line 3558 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18636,7 +20783,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3364 \"springls.h\"\n",
+    "#line 3571 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18651,7 +20798,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3379 \"springls.h\"\n",
+    "#line 3586 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18664,7 +20811,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3392 \"springls.h\"\n",
+    "#line 3599 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18725,14 +20872,19 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */\n",
+    "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
+    "\n",
     "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
-    "   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six\n",
-    "   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of\n",
-    "   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)\n",
+    "   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or\n",
+    "   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the\n",
+    "   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the\n",
+    "   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
-    "    const float h = 1.5f, largest = 0.7f * h; /* voxels */\n",
-    "    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));\n",
+    "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);\n",
+    "    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);\n",
     "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
     "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
     "    int k;\n",
@@ -18753,7 +20905,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__force_rule {\n",
     "    springls__field pressure, velocity; /* channels 0: none */\n",
-    "    float pressure_weight, velocity_weight, curvature_weight;\n",
+    "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
@@ -18791,7 +20943,8 @@ static const char *const springls__kernel_lines[] = {
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
     "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);\n",
+    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),\n",
+    "                            rule->curvature_weight);\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -18854,14 +21007,15 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */\n",
-    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                                    springls__movers d)\n",
+    "/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */\n",
+    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                    springls__springl s, springls__movers d)\n",
     "{\n",
     "    springls__v3 smoothing;\n",
     "    int m;\n",
     "    if (rule->smoothing == 0.0f) return d;\n",
-    "    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);\n",
+    "    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);\n",
+    "    smoothing = springls__scale(smoothing, rule->smoothing);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
     "    return d;\n",
     "}\n",
@@ -18878,7 +21032,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
+    "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
@@ -18898,7 +21052,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4109 \"springls.h\"\n",
+    "#line 4330 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -19074,7 +21228,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4286 \"springls.h\"\n",
+    "#line 4507 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -19100,7 +21254,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4313 \"springls.h\"\n",
+    "#line 4534 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -19169,7 +21323,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4383 \"springls.h\"\n",
+    "#line 4604 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -19183,8 +21337,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
     "}\n",
     "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
     "    float best = radius * radius;\n",
@@ -19195,6 +21350,7 @@ static const char *const springls__kernel_lines[] = {
     "        float d2, within = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        if (springls__dot(plan.n, n) < 0.0f) continue;\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
@@ -19202,6 +21358,12 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
@@ -19235,7 +21397,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4450 \"springls.h\"\n",
+    "#line 4679 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -19325,7 +21487,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4541 \"springls.h\"\n",
+    "#line 4770 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -19423,7 +21585,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -19523,7 +21685,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4740 \"springls.h\"\n",
+    "#line 4969 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19599,7 +21761,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4817 \"springls.h\"\n",
+    "#line 5046 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19631,31 +21793,33 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet. */\n",
+    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
     "{\n",
-    "    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
-    "    float r2 = springls__length2(d), h = springls__dot(d, fit.n);\n",
+    "    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
     "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
     "    int i, j;\n",
-    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;\n",
+    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;\n",
     "    term[0] = 1.0f;\n",
-    "    term[1] = springls__dot(d, fit.e1);\n",
-    "    term[2] = springls__dot(d, fit.e2);\n",
+    "    term[1] = springls__dot(d, fit->e1);\n",
+    "    term[2] = springls__dot(d, fit->e2);\n",
     "    term[3] = term[1] * term[1];\n",
     "    term[4] = term[1] * term[2];\n",
     "    term[5] = term[2] * term[2];\n",
     "    value[0] = h;\n",
-    "    value[1] = a.x - fit.a0.x;\n",
-    "    value[2] = a.y - fit.a0.y;\n",
-    "    value[3] = a.z - fit.a0.z;\n",
+    "    value[1] = a.x - fit->a0.x;\n",
+    "    value[2] = a.y - fit->a0.y;\n",
+    "    value[3] = a.z - fit->a0.z;\n",
     "    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];\n",
-    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];\n",
+    "        const float scaled = weight * term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];\n",
     "    }\n",
-    "    fit.count++;\n",
-    "    return fit;\n",
+    "    fit->count++;\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* The fitted surface at the origin. */\n",
@@ -19727,7 +21891,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4946 \"springls.h\"\n",
+    "#line 5177 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19742,7 +21906,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4961 \"springls.h\"\n",
+    "#line 5192 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19757,7 +21921,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4977 \"springls.h\"\n",
+    "#line 5208 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19768,7 +21932,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4988 \"springls.h\"\n",
+    "#line 5219 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19783,7 +21947,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5003 \"springls.h\"\n",
+    "#line 5234 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19794,7 +21958,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5014 \"springls.h\"\n",
+    "#line 5245 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19897,7 +22061,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5118 \"springls.h\"\n",
+    "#line 5349 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20181,7 +22345,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
-    "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
+    "            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_highest(fit);\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
@@ -20376,7 +22540,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5598 \"springls.h\"\n",
+    "#line 5829 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20407,12 +22571,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
-    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that\n",
+    "   one, -1 when there is none. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,\n",
+    "                                                                   int *nearest_springl)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
     "    int attempt;\n",
+    "    *nearest_springl = -1;\n",
     "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
     "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
@@ -20429,6 +22596,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (d2 < best) {\n",
     "                best = d2;\n",
     "                nearest = model->set.a[other];\n",
+    "                *nearest_springl = other;\n",
     "            }\n",
     "        }\n",
     "        if (count == 0) continue;\n",
@@ -20447,15 +22615,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    springls__fit_result result;\n",
     "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
-    "    int other, before;\n",
+    "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        before = fit.count;\n",
-    "        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);\n",
-    "        if (fit.count == before) continue;\n",
+    "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
     "    }\n",
@@ -20474,7 +22640,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5930 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20602,8 +22768,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 5827 \"springls.h\"\n",
+    "#line 6061 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20768,12 +22935,11 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
+    "/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
-    "    int c;\n",
-    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
+    "    springls__grid_corners(g, g->phi, x, y, z, cell.phi);\n",
     "    return cell;\n",
     "}\n",
     "\n",
@@ -20793,7 +22959,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6018 \"springls.h\"\n",
+    "#line 6251 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20887,9 +23053,10 @@ static const char *const springls__kernel_lines[] = {
     "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int first = args.fit.first, n = first + i, m;\n",
+    "    int first = args.fit.first, n = first + i, m, beside;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
+    "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -20902,7 +23069,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6128 \"springls.h\"\n",
+    "#line 6362 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -21153,8 +23320,8 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
-    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost\n",
+    "   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -21243,7 +23410,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 6470 \"springls.h\"\n",
+    "#line 6704 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21394,7 +23561,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6622 \"springls.h\"\n",
+    "#line 6856 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21424,7 +23591,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6652 \"springls.h\"\n",
+    "#line 6886 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21439,7 +23606,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6668 \"springls.h\"\n",
+    "#line 6902 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21608,7 +23775,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6837 \"springls.h\"\n",
+    "#line 7071 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21623,7 +23790,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6852 \"springls.h\"\n",
+    "#line 7086 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21792,7 +23959,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7021 \"springls.h\"\n",
+    "#line 7255 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21826,7 +23993,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7056 \"springls.h\"\n",
+    "#line 7290 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21928,15 +24095,16 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7165 \"springls.h\"\n",
-    "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally between\n",
-    "   voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
+    "#line 7400 \"springls.h\"\n",
+    "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
+    "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
@@ -22064,8 +24232,8 @@ static const char *const springls__kernel_lines[] = {
     "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
     "}\n",
     "\n",
-    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it in\n",
-    "   direction d2, when a limb passes between, by the springls. */\n",
+    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it\n",
+    "   in direction d2, when a limb passes between, by the springls. */\n",
     "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
     "                                         int d2, springls__joint *best)\n",
     "{\n",
@@ -22077,7 +24245,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__step_to(from, d2, other.at);\n",
     "    joint.phi = springls__phi_of(g, joint.at);\n",
     "    other.phi = springls__phi_of(g, other.at);\n",
-    "    if (joint.phi < 0.0f || other.phi < 0.0f || !springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
+    "    if (joint.phi < 0.0f || other.phi < 0.0f) return;\n",
+    "    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
     "    springls__step_to(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
@@ -22210,8 +24379,8 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along which\n",
-    "   no neighbour is of the part. */\n",
+    "/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along\n",
+    "   which no neighbour is of the part. */\n",
     "SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    float phi = springls__phi_of(g, at), volume = 1.0f;\n",
@@ -22224,7 +24393,8 @@ static const char *const springls__kernel_lines[] = {
     "            springls__step_to(at, 2 * axis + side, to);\n",
     "            other = springls__phi_of(g, to);\n",
     "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
-    "            width += (phi < 0.0f) == (other < 0.0f) ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);\n",
+    "            width += (phi < 0.0f) == (other < 0.0f)\n",
+    "                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);\n",
     "        }\n",
     "        volume *= width;\n",
     "        open += beyond == 2;\n",
@@ -22283,7 +24453,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7515 \"springls.h\"\n",
+    "#line 7752 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -22380,7 +24550,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7613 \"springls.h\"\n",
+    "#line 7850 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -22454,7 +24624,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7688 \"springls.h\"\n",
+    "#line 7925 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22688,7 +24858,32 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7923 \"springls.h\"\n",
+    "#line 8160 \"springls.h\"\n",
+    "/* write.h - springls that the caller moves. */\n",
+    "\n",
+    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
+    "{\n",
+    "    springls__tri_hit before = springls__tri_closest(from, p);\n",
+    "    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);\n",
+    "    return springls__add(after.point, springls__sub(p, before.point));\n",
+    "}\n",
+    "\n",
+    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given stays where it is in its triangle. */\n",
+    "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int n = args.write.first + i, m;\n",
+    "    springls__springl s = model->set.s[n], old = s;\n",
+    "    if (args.write.particles) s.p = model->force.written_particles[i];\n",
+    "    if (args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];\n",
+    "    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);\n",
+    "    if (!args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 8186 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22946,7 +25141,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8182 \"springls.h\"\n",
+    "#line 8445 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22955,6 +25150,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
+    "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
@@ -22976,7 +25172,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
-    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
+    "    X(fit_new_springls, 16,                                                                                                      \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -23030,7 +25227,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 23034 \"springls.h\"\n",
+    "#line 25231 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -23654,29 +25851,74 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
    surface, by the direction they face. */
 typedef struct springls__side_rule {
     const springls__grid *grid;      /* of the other operand                                                       */
+    const springls__surface *surface; /* of its springls                                                           */
     float sign;
     bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
 } springls__side_rule;
 
-/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
+/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
+                                                   springls_operation operation, bool second)
 {
     const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
     rule.grid = grid;
+    rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
     rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     return rule;
 }
 
+enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
+
+#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+
+/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
+   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
+   faces as it does may bound the result. */
+SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
+{
+    springls__v3 m = springls__tri_normal(t);
+    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
+    *d2 = springls__tri_closest(t, p).d2;
+    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
+    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
+        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
+    return SPRINGLS__OFF_SURFACE;
+}
+
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
+   edges, and to its level set where there are none. */
+SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
+{
+    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__near_walk walk;
+    float cosine, d2, least = FLT_MAX;
+    int i, one, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        least = d2;
+        facing = one;
+    }
+    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
+    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
+    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
+}
+
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
     float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
-    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
-    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
-    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
+    int facing = springls__facing_surface(rule, s, phi);
+    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
+    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
@@ -23713,20 +25955,53 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
+   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
+                                            float a, float b, const int at[3])
+{
+    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
+    springls__v3 n, m;
+    float cosine;
+    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
+    cosine = springls__dot(n, m);
+    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
+}
+
+/* Computes phi of the result in an active brick, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
+                                          int brick)
+{
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__slot_origin(g, slot, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        at[0] = o[0] + (v & 7);
+        at[1] = o[1] + (v >> 3 & 7);
+        at[2] = o[2] + (v >> 6);
+        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
+               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+    }
+}
+
 /* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t i, bricks = springls__brick_count(g);
-    int v;
-    for (i = 0; i < bricks; i++) {
-        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
+    for (i = 0; i < bricks; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
-    }
+            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
@@ -23863,14 +26138,14 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
-   more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
+   this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other)
+                                                        springls_context *other, const springls__surface surfaces[2])
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
     SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
@@ -23912,7 +26187,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    ctx->locked_count = 0;
+    springls__forget_targets(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -23924,16 +26199,21 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     return SPRINGLS_OK;
 }
 
-/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
+                                               springls__surface surfaces[2])
 {
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__complete_model(ctx, true);
+    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
@@ -23957,6 +26237,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls__surface surfaces[2];
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -23965,7 +26246,11 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
@@ -24097,19 +26382,6 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether any voxel is inside. */
-SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
-{
-    size_t i, bricks = springls__brick_count(g);
-    int k, v;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] == SPRINGLS__INSIDE) return true;
-    for (k = 0; k < g->active_count; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
-    return false;
-}
-
 /* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
@@ -24161,16 +26433,70 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
+   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
+   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
-    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
-    springls_params params;
+    float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
+    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
+    return springls__max(span, SPRINGLS__CURVATURE_SPAN);
+}
+
+/* Of springls__smooth: when the area was measured last. */
+typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
+
+/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
+                                                      bool *at_rest)
+{
+    springls_measures measures;
+    *at_rest = false;
+    if (elapsed < 1.5f * rest->measured_at) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_measure(ctx, &measures));
+    *at_rest = measures.area > 0.999 * rest->area;
+    rest->area = measures.area;
+    rest->measured_at = elapsed;
+    return SPRINGLS_OK;
+}
+
+/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
+   only until the model is at rest. */
+SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
+{
     springls_forces forces;
     springls_step_desc step;
+    springls__smooth_rest rest = { DBL_MAX, 4.0f };
+    float left = duration, curvature;
+    bool at_rest = false;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
+    while (left > 0.0f && !at_rest) {
+        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = left / (springls__floor(left / step.dt) + 1.0f);
+        SPRINGLS__TRY(springls_step(ctx, &step));
+        left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
+        if (keep_volume) SPRINGLS__TRY(springls__smooth_at_rest(ctx, &rest, duration - left, &at_rest));
+        if (springls__cancelled(ctx, 1.0f - left / duration))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
+}
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    springls_params params;
     springls_status status;
-    float voxels, duration;
+    float voxels;
     double time;
-    int steps;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
@@ -24179,19 +26505,15 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
-    steps = (int)(duration / stable) + 1;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.curvature_weight = 1.0f;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
-    ctx->model.params.keep_edges = 0;
+    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
+    ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
+    ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
-    status = springls_run(ctx, &step, steps);
+    status = springls__smooth(ctx, 0.25f * voxels * voxels, keep_volume); /* dr/dt = -2/r ends at r^2/4 */
+    ctx->curvature_span = 0.0f;
     ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.keep_thin = params.keep_thin;
+    ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
     ctx->time = time;
     return status;
@@ -24199,7 +26521,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
+   surface that they sample, and what a projection would average away is not theirs to change. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
@@ -24211,7 +26534,6 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }

@@ -177,7 +177,7 @@ static bool make_solid(struct solid *s, int number)
                       && springls_set_mesh(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, 0, triangles,
                                            (int)s->mesh.triangle_count, NULL)
                              == SPRINGLS_OK
-                      && springls_remesh(s->ctx) == SPRINGLS_OK && paint(s, number, triangles);
+                      && paint(s, number, triangles);
     free(triangles);
     return fine;
 }

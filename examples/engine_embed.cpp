@@ -347,8 +347,8 @@ private:
         const float eye[3] = {middle + 2 * radius() * std::cos(turn), middle, middle + 2 * radius() * std::sin(turn)};
         const float look[3] = {middle - eye[0], middle - eye[1], middle - eye[2]};
         springls_hit hit;
-        if (springls_raycast(model, eye, look, 1, 0, &hit) != SPRINGLS_OK) fail();
-        if (hit.springl < 0) return; // between springls: keep the last place
+        if (springls_raycast(model, SPRINGLS_SURFACE_WATERTIGHT, eye, look, 1, 0, &hit) != SPRINGLS_OK) fail();
+        if (hit.springl < 0) return;
         ++report.picks;
         springls_to_voxel(model, hit.point, 1, brush.center);
         for (int k = 0; k < 3; ++k) brush.velocity[k] = look[k] / (2 * radius());

@@ -41,10 +41,13 @@ FIXTURE uint64_t history_digest(springls_context *ctx)
     hash = history_mix(hash, mesh.springls, (size_t)mesh.vertex_count * sizeof(int));
     hash = history_mix(hash, mesh.triangles, (size_t)mesh.triangle_count * 3 * sizeof(int));
     springls_mesh_free(ctx, &mesh);
-    if (springls_closest(ctx, points, 64, hits) != SPRINGLS_OK) return 0;
-    hash = history_mix(hash, hits, sizeof hits);
-    if (springls_raycast(ctx, points, points + 3, 63, 0.0f, hits) != SPRINGLS_OK) return 0;
-    hash = history_mix(hash, hits, 63 * sizeof *hits);
+    for (i = 0; i < 2; i++) {
+        const springls_surface surface = i ? SPRINGLS_SURFACE_SOUP : SPRINGLS_SURFACE_WATERTIGHT;
+        if (springls_closest(ctx, surface, points, 64, hits) != SPRINGLS_OK) return 0;
+        hash = history_mix(hash, hits, sizeof hits);
+        if (springls_raycast(ctx, surface, points, points + 3, 63, 0.0f, hits) != SPRINGLS_OK) return 0;
+        hash = history_mix(hash, hits, 63 * sizeof *hits);
+    }
     if (springls_sample_distance(ctx, points, 64, distances) != SPRINGLS_OK) return 0;
     hash = history_mix(hash, distances, sizeof distances);
     if (springls_measure(ctx, &measures) != SPRINGLS_OK) return 0;

@@ -39,6 +39,8 @@ static bool create_model(const struct shape_mesh *mesh, int cells, const springl
                          double *voxel, springls_context **ctx) {
     float lo[3], hi[3];
     springls_desc desc;
+    springls_params whole = *params; /* springl i is triangle i */
+    whole.split_input = 0;
     memset(&desc, 0, sizeof desc);
     bounds(mesh, lo, hi);
     const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2])), margin = 0.5 * longest;
@@ -48,7 +50,7 @@ static bool create_model(const struct shape_mesh *mesh, int cells, const springl
         desc.grid.spacing[k] = *voxel;
         desc.grid.origin[k] = (double)lo[k] - margin;
     }
-    desc.params = params;
+    desc.params = &whole;
     desc.backend = backend;
     const springls_status status = springls_create(&desc, ctx);
     return status == SPRINGLS_OK || atlas_fail("model: %s", springls_status_string(status));

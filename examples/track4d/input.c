@@ -335,6 +335,7 @@ static bool make_model(struct track *track)
     }
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(track->grid.dims, track->grid.spacing, track->grid.origin, track->grid.direction[0]);
+    track->params.split_input = 0; /* springl i is triangle i of the reference */
     desc.params = &track->params;
     desc.backend = track->backend = run_backend("track4d", &track->settings.common);
     return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && make_level_set(track)
@@ -359,8 +360,8 @@ static bool read_landmarks(struct track *track)
         return track_no_memory();
     }
     const float *reference = track->landmarks + 3 * track->landmark_count * (size_t)track->settings.reference;
-    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors),
-                       "landmarks");
+    return track_check(track->ctx, springls_closest(track->ctx, SPRINGLS_SURFACE_SOUP, reference, (int)track->landmark_count,
+                                                    track->anchors), "landmarks");
 }
 
 bool track_read(struct track *track)

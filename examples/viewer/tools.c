@@ -35,62 +35,16 @@ static struct stroke in_voxels(const struct viewer_model *model, const struct vi
 
 /* ---- finding the surface ---- */
 
-static bool distance_at(struct viewer_model *model, const struct viewer_ray *ray, float along, float *distance)
-{
-    float x[3];
-    vec3_add_scaled(ray->origin, along, ray->direction, x);
-    return viewer_model_check(model, springls_sample_distance(model->ctx, x, 1, distance));
-}
-
-/* Clips the ray to the grid. */
-static bool clip_to_grid(const struct viewer_model *model, const struct viewer_ray *ray, float *begin, float *end)
-{
-    const float half = 0.5f * model->voxel * (float)(model->grid - 1);
-    *begin = 0.0f;
-    *end = INFINITY;
-    for (int a = 0; a < 3; ++a) {
-        const float inverse = 1.0f / ray->direction[a], from = model->middle[a] - ray->origin[a];
-        const float one = (from - half) * inverse, other = (from + half) * inverse; /* infinite, or NaN, which fminf ignores */
-        *begin = fmaxf(*begin, fminf(one, other));
-        *end = fminf(*end, fmaxf(one, other));
-    }
-    return *begin < *end;
-}
-
-/* Finds the surface along a ray: phi is at most the distance, so a step of phi cannot miss it (Hart 1996, "Sphere tracing").
- * The ray cannot pass through gaps between springls. */
-static bool trace(struct viewer_model *model, const struct viewer_ray *ray, float *along)
-{
-    float t, end, phi, last = 0.0f, before = 0.0f;
-    if (!clip_to_grid(model, ray, &t, &end)) {
-        return false;
-    }
-    for (; t < end; t += fmaxf(fabsf(phi), 0.05f * model->voxel)) {
-        if (!distance_at(model, ray, t, &phi)) {
-            return false;
-        }
-        if (phi <= 0.0f && last > 0.0f) { /* phi is nearly linear between the two */
-            *along = before + (t - before) * last / (last - phi);
-            return true;
-        }
-        last = phi;
-        before = t;
-    }
-    return false;
-}
-
 bool viewer_pick(struct viewer_model *model, const struct viewer_ray *ray, struct viewer_brush *brush)
 {
-    float along, normal[3];
-    if (springls_count(model->ctx) == 0 || !trace(model, ray, &along)) {
+    springls_hit hit;
+    const springls_status status = springls_raycast(model->ctx, SPRINGLS_SURFACE_WATERTIGHT, ray->origin, ray->direction, 1,
+                                                    0.0f, &hit);
+    if (!viewer_model_check(model, status) || hit.springl < 0) {
         return false;
     }
-    vec3_add_scaled(ray->origin, along, ray->direction, brush->center);
-    if (!viewer_model_check(model, springls_sample_gradient(model->ctx, brush->center, 1, normal))) {
-        return false;
-    }
-    vec3_normalize(normal);
-    memcpy(brush->normal, normal, sizeof normal);
+    memcpy(brush->center, hit.point, sizeof hit.point);
+    memcpy(brush->normal, hit.normal, sizeof hit.normal);
     return true;
 }
 

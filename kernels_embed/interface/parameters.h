@@ -92,8 +92,11 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
-    /* initial springls of a level set or shape */
+    /* initial springls: of a mesh; of a level set or shape */
+    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
+                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;

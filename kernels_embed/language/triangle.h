@@ -21,12 +21,19 @@ typedef struct springls__tri_plan {
 /* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
+/* Returns the point of a triangle with weights on a, b, c. */
+SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])
+{
+    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],
+                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],
+                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
+}
+
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
-    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,
-                                t.a.z * u + t.b.z * v + t.c.z * w);
+    h.point = springls__tri_point(t, h.bary);
     h.d2 = springls__length2(springls__sub(x, h.point));
     return h;
 }

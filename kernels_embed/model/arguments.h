@@ -11,6 +11,9 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
+/* write: the number of the first springl, and which of its parts the caller gives. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -58,6 +61,7 @@ typedef union springls__arguments {
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
+    springls__write_arguments write;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;

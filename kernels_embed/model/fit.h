@@ -33,31 +33,33 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
     int i, j;
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;
     term[0] = 1.0f;
-    term[1] = springls__dot(d, fit.e1);
-    term[2] = springls__dot(d, fit.e2);
+    term[1] = springls__dot(d, fit->e1);
+    term[2] = springls__dot(d, fit->e2);
     term[3] = term[1] * term[1];
     term[4] = term[1] * term[2];
     term[5] = term[2] * term[2];
     value[0] = h;
-    value[1] = a.x - fit.a0.x;
-    value[2] = a.y - fit.a0.y;
-    value[3] = a.z - fit.a0.z;
+    value[1] = a.x - fit->a0.x;
+    value[2] = a.y - fit->a0.y;
+    value[3] = a.z - fit->a0.z;
     weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+        const float scaled = weight * term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];
     }
-    fit.count++;
-    return fit;
+    fit->count++;
+    return true;
 }
 
 /* The fitted surface at the origin. */

@@ -82,13 +82,11 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Interpolates phi at x (voxels), trilinear, with the border rule. */
-SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
+                                            float corner[8])
 {
-    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
-    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
-    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
-    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    int c;
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
@@ -100,7 +98,17 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
-    return springls__trilinear(corner, u, v, w);
+}
+
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);
+    float corner[8];
+    springls__grid_corners(g, phi, i, j, k, corner);
+    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
@@ -136,7 +144,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
     if (one_brick) {
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(first[0], first[1], first[2]);
         for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
             sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
@@ -178,28 +187,41 @@ SPRINGLS__MATHS int springls__tile_step(int d)
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
 }
 
+/* Returns whether the tile of the brick at `origin` goes beyond the domain. */
+SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])
+{
+    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+           || origin[2] + 9 > g->size[2];
+}
+
+/* Loads the row of a tile at (y, z), voxels of the domain. */
+SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+{
+    int x;
+    if (border) {
+        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+    } else {
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+    }
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row, x;
+    int o[3], row;
     bool border;
     springls__slot_origin(g, slot, o);
-    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    border = springls__tile_at_border(g, o);
     SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
-        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
-        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
-        }
-    }
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
+        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
+                                tile + SPRINGLS__TILE * row);
     SPRINGLS__BARRIER;
 }
 

@@ -167,12 +167,11 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
+/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    springls__grid_corners(g, g->phi, x, y, z, cell.phi);
     return cell;
 }
 

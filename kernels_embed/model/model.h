@@ -23,7 +23,8 @@
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
     X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
-    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
+    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
@@ -53,10 +54,11 @@
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what moves springls on a device (advect.h). */
+/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
-    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
+    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
@@ -241,13 +243,20 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = -1;
+    record->component = record->cavity = 0u;
     record->phi = 0.0f;
     record->synced_position = record->s.p;
+}
+
+/* Gives springl i the components of springl `from`, beside which it is new. */
+SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
+{
+    model->set.component[i] = model->set.component[from];
+    model->set.cavity[i] = model->set.cavity[from];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */

@@ -17,8 +17,9 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
+   there is none. */
+SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
     float best = radius * radius;
@@ -29,6 +30,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         float d2, within = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
+        if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
@@ -36,6 +38,12 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         }
     }
     return nearest;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most

@@ -74,10 +74,12 @@
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
-    /* volume_lock */                                                                                                            \
-    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
-    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
+    /* components, events, volume_lock */                                                                                        \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
+    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
+    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */

@@ -75,14 +75,19 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
+/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+#define SPRINGLS__CURVATURE_SPAN 1.5f
+
 /* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
-   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
-   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
-SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
+   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
+   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
+   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
+   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
-    const float h = 1.5f, largest = 0.7f * h; /* voxels */
-    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
+    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
     float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
     int k;
@@ -103,7 +108,7 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
 
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
-    float pressure_weight, velocity_weight, curvature_weight;
+    float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
@@ -141,7 +146,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
+                            rule->curvature_weight);
     return out;
 }
 
@@ -204,14 +210,15 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
-                                                    springls__movers d)
+/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
+                                                    springls__springl s, springls__movers d)
 {
     springls__v3 smoothing;
     int m;
     if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
+    smoothing = springls__scale(smoothing, rule->smoothing);
     for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
     return d;
 }
@@ -228,7 +235,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
+    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);

@@ -136,6 +136,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
 }
 
 #endif

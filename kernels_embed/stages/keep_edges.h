@@ -288,7 +288,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
+            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;

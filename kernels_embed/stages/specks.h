@@ -1,5 +1,5 @@
-/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally between
-   voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
+   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
 #ifndef SPRINGLS__KERNEL_STAGES_SPECKS_H
 #define SPRINGLS__KERNEL_STAGES_SPECKS_H
 
@@ -133,8 +133,8 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it in
-   direction d2, when a limb passes between, by the springls. */
+/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
+   in direction d2, when a limb passes between, by the springls. */
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
@@ -146,7 +146,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     springls__step_to(from, d2, other.at);
     joint.phi = springls__phi_of(g, joint.at);
     other.phi = springls__phi_of(g, other.at);
-    if (joint.phi < 0.0f || other.phi < 0.0f || !springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
+    if (joint.phi < 0.0f || other.phi < 0.0f) return;
+    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
@@ -279,8 +280,8 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
     return some;
 }
 
-/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along which
-   no neighbour is of the part. */
+/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
+   which no neighbour is of the part. */
 SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at), volume = 1.0f;
@@ -293,7 +294,8 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
             springls__step_to(at, 2 * axis + side, to);
             other = springls__phi_of(g, to);
             beyond += (phi < 0.0f) != (other < 0.0f);
-            width += (phi < 0.0f) == (other < 0.0f) ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
+            width += (phi < 0.0f) == (other < 0.0f)
+                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
         }
         volume *= width;
         open += beyond == 2;

@@ -36,12 +36,15 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
-SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
+   one, -1 when there is none. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
+                                                                   int *nearest_springl)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
     int attempt;
+    *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
         springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
@@ -58,6 +61,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
             if (d2 < best) {
                 best = d2;
                 nearest = model->set.a[other];
+                *nearest_springl = other;
             }
         }
         if (count == 0) continue;
@@ -76,15 +80,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
+    int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
+        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
     }

@@ -12,11 +12,8 @@
 #include "../model/grid.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
-#include "../stages/evolve.h"
 #include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"
-#include "../stages/unsigned_to_signed.h"
-#include "../solver/step.h"
 
 /* Returns the distance from x to the border of the domain, voxels, positive inside. The border is half a voxel beyond the
    outermost centers. */
@@ -28,12 +25,18 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+/* Makes phi the original level set: phi_ref = phi. */
+SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__reference_copy(ctx);
+}
+
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__make_reference(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
@@ -489,84 +492,6 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     source.high = high;
     source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order 1 for every unit */
     return springls__set_voxels(ctx, springls__threshold_value, &source);
-}
-
-SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
-{
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__make_original(ctx));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
-{
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
-    return SPRINGLS_OK;
-}
-
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
-SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                      const float *correspondences, int count)
-{
-    int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
-            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
-            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
-    return SPRINGLS_OK;
-}
-
-/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
-SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                     int count)
-{
-    int i, m;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
-    for (i = 0; i < count; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
-        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
-    }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
-    for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    }
-    return springls__make_original(ctx);
-}
-
-SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                   const float *correspondences, int count)
-{
-    springls_status status;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
-    springls__clear_model(ctx);
-    status = springls__take_springls(ctx, vertices, particles, count);
-    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
-    return springls__clear_on_failure(ctx, status);
 }
 
 #endif

@@ -8,7 +8,7 @@
      to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
      are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 #ifndef SPRINGLS__INPUT_SET_MESH_H
 #define SPRINGLS__INPUT_SET_MESH_H
 
@@ -28,6 +28,7 @@
 #include "../stages/project.h"
 #include "../stages/rebuild.h"
 #include "set_level_set.h"
+#include "split_input.h"
 
 /* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
    triangles run from low to high less how many run from high to low. */
@@ -351,21 +352,52 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
-SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
+/* Returns the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
-    uint8_t mirrored = springls__is_mirrored(ctx);
-    int t, k;
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+{
+    const uint8_t mirrored = springls__is_mirrored(ctx);
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->original, m->count));
     for (t = 0; t < m->count; t++) {
-        springls__springl s;
-        springls__tri tri;
-        memset(&s, 0, sizeof s);
         m->turn[t] ^= mirrored;
-        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
-        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
-        s.p = springls__tri_centroid(tri);
-        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+        springls__mesh_corners(m, t, ctx->original.points + 3 * t);
     }
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->original, m->count));
+    return springls__surface_make_dipoles(ctx, &ctx->original);
+}
+
+/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
+   is one half, and between two sheets that lie on each other it is 0. */
+SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
+{
+    const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        springls__tri t = springls__surface_triangle(surface, i);
+        float size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        springls__v3 x = springls__mad(springls__tri_centroid(t), springls__tri_normal(t), -springls__min(depth, share * size));
+        if (springls__surface_winding(surface, x, 2.5f) > more_than_flat) return true;
+    }
+    return false;
+}
+
+/* Appends the springls of the original surface's triangles, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
+    int t;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
+    for (t = 0; t < ctx->original.count; t++)
+        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -396,10 +428,10 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
-    springls__mesh_append_springls(ctx, m);
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    if (!springls__surface_has_inside(&ctx->original))
+        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
@@ -407,7 +439,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__make_original(ctx));
+    SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -484,6 +516,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
+    report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;

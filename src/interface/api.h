@@ -60,7 +60,7 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area or in the grid, or no inside      */
     SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
     SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
     SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
@@ -160,7 +160,8 @@ typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
-                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
+                                      springls_combine fail, springls_set_mesh takes any number of triangles, but
+                                      divides no more when there are so many. 0: 64 million                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -201,10 +202,11 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
-/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
-   welded. */
+/* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
+   were welded. */
 typedef struct springls_mesh_report {
     int triangles_dropped;   /* without an area, or with a repeated corner                                          */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
@@ -215,15 +217,20 @@ typedef struct springls_mesh_report {
     bool flipped;            /* the input was inside out and has been turned                                        */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
+    int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
+   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
-   when they are not.
-   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
+   which come after those of the triangles.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
+   flat patch or with sheets that lie on each other: then the model is empty. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
@@ -266,13 +273,40 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
+
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
 
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
@@ -292,6 +326,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -309,7 +361,10 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
@@ -372,9 +427,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -470,6 +526,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 /* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
@@ -546,26 +652,40 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
+/* Names the surface that closest points and rays are found on. */
+typedef enum springls_surface {
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
+                                    a voxel may have springls and no zero level: it is not found                              */
+    SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
+                                    the first query after springls have moved                                                 */
+} springls_surface;
+
+/* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing was found                                                           */
+    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
+                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float barycentric[3];        /* in the springl                                                                  */
-    float distance;              /* world units: from the query point, or along the ray                             */
-    float material[3];           /* world                                                                           */
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+                                    it; SOUP: of the springl                                                        */
+    float barycentric[3];        /* in the springl: its place closest to `point`                                    */
+    float distance;              /* world units, never negative: from the query point, or along the ray             */
+    float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
+                                    springls_extract_mesh; SOUP: from a linear one                                  */
     int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
-   further than the zero level. */
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out);
 
-/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
-   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
-   surface, set the mesh of springls_extract_mesh as the model of a second context. */
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out);
+/* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   watertight surface always finds it. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out);
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -708,13 +828,14 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -733,6 +854,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 

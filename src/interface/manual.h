@@ -44,12 +44,12 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
-     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
-        springls_measure ...
+     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
+        springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
 
@@ -134,10 +134,11 @@
                               relax                springls that face each other across a gap do not pull each other
      nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
                                                    between the sides of a gap; filaments and drops of that size may vanish
-     min_component = 1        project              a part of the inside with less volume than this (voxel^3), as a limb leaves that
-                              springls_set_mesh    runs between voxels, is joined to the rest where the springls show that the limb
-                                                   goes on, and else it goes, as bubbles do. Parts of up to 64 voxels are joined,
-                                                   whatever their volume. Not with topology PRESERVED
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -204,6 +205,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -241,6 +243,23 @@
    springls at edges.
 
 
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
+
+
    ATTRIBUTES
 
    springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
@@ -254,6 +273,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what

@@ -17,7 +17,14 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
-    springls__buffer_free(ctx, &ctx->locked_memory);
+    springls__buffer_free(ctx, &ctx->component_memory);
+    springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->label_rank);
+    springls__buffer_free(ctx, &ctx->label_parent);
+    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->event_memory);
+    springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);

@@ -65,12 +65,13 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
+/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */

@@ -159,4 +159,17 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
 #endif

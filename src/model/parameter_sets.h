@@ -57,6 +57,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
+    p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -85,6 +87,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.vertex_velocity = 1;
     p.keep_edges = 1;
     p.min_component = 1.0f;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -134,6 +137,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
+    SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);

@@ -4,33 +4,80 @@
 
 #include "bvh.h"
 
-/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
-   both, so that a ray cannot slip between them. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
+   same bits for both, so that a ray cannot slip between them. */
+typedef struct springls__ray_frame {
+    double origin[3], sx, sy, sz;
     int kx, ky, kz;
-    float sx, sy, sz;
+} springls__ray_frame;
+
+/* The direction must not be zero. */
+SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
+{
+    springls__ray_frame f;
+    int k;
+    f.kz = 0;
+    for (k = 0; k < 3; k++) {
+        f.origin[k] = origin[k];
+        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
+    }
+    f.kx = (f.kz + 1) % 3;
+    f.ky = (f.kz + 2) % 3;
+    f.sz = 1.0 / direction[f.kz];
+    f.sx = direction[f.kx] * f.sz;
+    f.sy = direction[f.ky] * f.sz;
+    return f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
+SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
+{
+    double p[3][3], u, v, w, det;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - f->origin[0];
+        d[1] = (double)q.y - f->origin[1];
+        d[2] = (double)q.z - f->origin[2];
+        p[m][0] = d[f->kx] - f->sx * d[f->kz];
+        p[m][1] = d[f->ky] - f->sy * d[f->kz];
+        p[m][2] = f->sz * d[f->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    det = u + v + w;
+    if (det == 0.0) return false;
+    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(*t >= 0.0 && *t <= t_max)) return false;
+    weight[0] = (float)(u / det);
+    weight[1] = (float)(v / det);
+    weight[2] = 1.0f - weight[0] - weight[1];
+    return true;
+}
+
+/* ---- through a hierarchy ---- */
+
+typedef struct springls__ray {
+    springls__ray_frame frame;
+    float origin[3], inverse[3];
 } springls__ray;
 
 SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
 {
     springls__ray r;
+    double from[3], along[3];
     int k;
     r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
     for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
+        float d = (float)along[k];
+        from[k] = (double)r.origin[k];
         r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
     }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
+    r.frame = springls__ray_frame_make(from, along);
     return r;
 }
 
@@ -51,37 +98,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+/* Returns whether the ray meets a triangle within t_max, and where. */
 SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    double t;
+    float b[3];
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
     out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    memcpy(out->hit.bary, b, sizeof b);
+    out->hit.point = springls__tri_point(tri, b);
     return 1;
 }
 

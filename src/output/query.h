@@ -2,21 +2,25 @@
 #ifndef SPRINGLS__OUTPUT_QUERY_H
 #define SPRINGLS__OUTPUT_QUERY_H
 
+#include "../../kernels_embed/model/neighborhood.h"
+#include "../../kernels_embed/stages/track.h"
 #include "../runtime/errors.h"
 #include "../runtime/parallel.h"
+#include "../runtime/residency.h"
+#include "../model/cell_list.h"
 #include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/ray.h"
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
+#include "zero_level.h"
 
-/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
+/* Fails when an array is missing or a point is not finite. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)
@@ -65,6 +69,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
@@ -207,42 +212,72 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* ---- closest point, rays ---- */
+/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+{
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+                                                ctx->model.set.count);
+    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
+    return springls__material_at(ctx, springl, x);
+}
+
+/* ---- closest points, rays ---- */
 
 typedef struct springls__hit_query {
     const springls_context *ctx;
     const float *points, *directions;
-    float max_distance; /* model units */
+    float max_distance; /* world units */
+    bool cells;         /* the cell list is fresh */
     springls_hit *out;
 } springls__hit_query;
 
-/* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
-                                     springls_hit *out)
+/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
+SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
+                                      const float bary[3], float distance, springls_hit *out)
 {
-    springls__v3 voxel;
-    springls__surface_hit material;
-    const springls__springl *s;
-    int k;
+    springls__v3 n = springls__normal_to_world(ctx, normal);
+    out->springl = springl;
+    out->id = ctx->model.set.id[springl];
+    springls__voxel_to_world(ctx, point, out->point);
+    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
+    memcpy(out->barycentric, bary, sizeof out->barycentric);
+    out->distance = distance;
+}
+
+SPRINGLS__FN void springls__hit_none(springls_hit *out)
+{
     memset(out, 0, sizeof *out);
-    out->springl = h->triangle;
-    out->material_triangle = -1;
+    out->springl = out->material_triangle = -1;
+}
+
+/* Sets the place on the original surface. */
+SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
+{
+    if (material->triangle < 0) return;
+    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
+}
+
+/* ---- on the springls ---- */
+
+/* Converts a hit on the springls to the public form. distance: model units. */
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+{
+    springls__surface_hit material;
+    springls__tri t;
+    springls__v3 voxel;
+    springls__hit_none(out);
     if (h->triangle < 0) return;
-    s = &ctx->model.set.s[h->triangle];
-    for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
-    voxel = springls__scale(s->q[0], h->hit.bary[0]);
-    voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
-    voxel = springls__mad(voxel, s->q[2], h->hit.bary[2]);
-    springls__voxel_to_world(ctx, voxel, out->point);
-    out->distance = distance * ctx->smallest_spacing;
+    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
+    voxel = springls__tri_point(t, h->hit.bary);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
     material = springls__material_at(ctx, h->triangle, voxel);
-    if (material.triangle < 0) return;
-    springls__voxel_to_world(ctx, material.hit.point, out->material);
-    springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
+    springls__hit_material(ctx, &material, out);
 }
 
 /* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
@@ -250,13 +285,14 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
-        springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
 }
 
-SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
@@ -264,39 +300,178 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
-        springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
+        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
     }
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
+/* ---- on the zero level ---- */
+
+/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    memset(&q, 0, sizeof q);
-    q.ctx = ctx;
-    q.points = points;
-    q.out = out;
-    springls__parallel(ctx, count, 64, springls__closest_task, &q);
+    float radius;
+    int nearest = -1;
+    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
+        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
+        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
+    }
+    return nearest;
+}
+
+/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
+{
+    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
+    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
+}
+
+/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
+SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
+                                          springls_hit *out)
+{
+    const springls_context *ctx = q->ctx;
+    springls__surface_hit material;
+    springls__tri_hit nearest;
+    int springl;
+    springls__hit_none(out);
+    if (!h->found) return;
+    springl = q->cells ? springls__springl_at(ctx, h)
+                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
+    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    *guess = material.triangle;
+    springls__hit_material(ctx, &material, out);
+}
+
+SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    springls__level_search search;
+    int i, guess = -1;
+    springls__level_search_begin(q->ctx, &search);
+    for (i = begin; i < end; i++) {
+        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
+        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+    }
+}
+
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
+                                         double along[3])
+{
+    const double *m = ctx->to_voxel;
+    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    int k;
+    if (!(length > 0.0)) return false;
+    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
+    return true;
+}
+
+SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        double from[3], along[3], t = (double)q->max_distance;
+        springls__level_hit h;
+        h.found = false;
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
+            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+    }
+}
+
+/* ---- the calls ---- */
+
+/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
+SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int origin[3];
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+    }
+    return true;
+}
+
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
+   list would change the grid, or working memory that a step in progress uses. */
+SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
+{
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
+                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    if (!*cells) {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        return springls__springl_surface_refresh(ctx);
+    }
+    if (!ctx->cells_fresh) {
+        springls__use_device(ctx);
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+    }
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+}
+
+/* Runs a query of either surface. */
+SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
+                                                     int count, springls_task on_level, springls_task on_soup)
+{
+    int i;
+    q->ctx = ctx;
+    if (ctx->model.set.count == 0) {
+        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
+        return SPRINGLS_OK;
+    }
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
+        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+    } else {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    }
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out)
+SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+}
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out)
 {
     springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    memset(&q, 0, sizeof q);
+    q.points = points;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
+}
+
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    q.ctx = ctx;
+    memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;
-    q.max_distance = max_distance > 0.0f ? springls__min(max_distance / ctx->smallest_spacing, 1e18f) : 1e18f;
+    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
     q.out = out;
-    springls__parallel(ctx, count, 64, springls__raycast_task, &q);
-    return SPRINGLS_OK;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
 #endif

@@ -16,6 +16,10 @@
 #include "../model/host_access.h"
 #include "../model/parameter_sets.h"
 #include "../solver/step.h"
+#include "../stages/events.h"
+
+/* Bytes of an event without the pointers to its parts. */
+#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -24,7 +28,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -39,8 +43,10 @@ typedef struct springls__snapshot_state {
     springls_stats stats;
     springls_params params;
     int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
-    uint32_t next_id, step;
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
+    int32_t components, events, event_parts;
+    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint32_t next_id, step, last_component_id;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -53,7 +59,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_COMPONENTS,
+    SPRINGLS__SECTION_EVENTS,
+    SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
@@ -82,7 +90,9 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
@@ -178,7 +188,13 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->neighbors_age = ctx->neighbors_age;
     s->has_neighbors = ctx->neighbors_age >= 0;
     s->bricks = ctx->model.grid.active_count;
-    s->locked = ctx->locked_count;
+    s->components = ctx->component_count;
+    s->events = ctx->event_count;
+    s->event_parts = ctx->event_part_count;
+    s->components_known = ctx->components_known;
+    s->components_fresh = ctx->components_fresh;
+    s->volumes_locked = ctx->volumes_locked;
+    s->last_component_id = ctx->last_component_id;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -231,6 +247,15 @@ SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const spr
                   springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
 }
 
+/* Writes the events. */
+SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    const springls_event *event = (const springls_event *)ctx->event_memory.data;
+    int i;
+    out += layout->at[SPRINGLS__SECTION_EVENTS];
+    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+}
+
 /* Writes the head of a block that is complete but for it. */
 SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
 {
@@ -262,8 +287,11 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
+    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
+    springls__put_events(ctx, layout, out);
+    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
@@ -370,7 +398,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -392,27 +420,44 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
-SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
+/* Returns whether an array of the constellation has valid elements: floats and flags. */
+SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
-    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
     return true;
 }
 
-/* Returns whether the locked volumes are finite. */
-SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+/* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
+SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    double volume;
-    uint64_t i;
-    for (i = 0; i < bytes; i += sizeof volume) {
-        memcpy(&volume, data + i, sizeof volume);
-        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    springls__component c;
+    uint32_t before = 0;
+    int i;
+    for (i = 0; i < s->components; i++) {
+        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
+        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
+        before = c.seen.id;
     }
     return true;
+}
+
+/* Returns whether the events have as many parts as there are. */
+SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
+{
+    springls_event event;
+    int64_t parts = 0;
+    int i;
+    for (i = 0; i < s->events; i++) {
+        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+        if (event.before_count < 0 || event.after_count < 0) return false;
+        parts += (int64_t)event.before_count + event.after_count;
+    }
+    return parts == s->event_parts;
 }
 
 /* Returns whether a section has valid elements. */
@@ -421,7 +466,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
 {
     const char *data = block + layout->at[section];
     const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
     if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
     switch (section) {
@@ -433,7 +478,9 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
         return !bytes
             || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
+    case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
+    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
@@ -493,8 +540,12 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
-                                        (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
+                                        (size_t)ctx->component_count * sizeof(springls__component)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
+                                        (size_t)ctx->event_count * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)s->event_parts + 1, sizeof(springls_component),
+                                        (size_t)ctx->event_part_count * sizeof(springls_component)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
@@ -574,7 +625,11 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
     springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
+    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
+    for (i = 0; i < s->events; i++)
+        memcpy((springls_event *)ctx->event_memory.data + i,
+               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -608,8 +663,14 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->stats = s->stats;
-    ctx->locked_count = s->locked;
+    ctx->component_count = s->components;
+    ctx->event_count = s->events;
+    ctx->event_part_count = s->event_parts;
+    ctx->last_component_id = s->last_component_id;
+    ctx->components_known = s->components_known != 0;
+    ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
+    ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
 }
 

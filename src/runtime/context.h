@@ -187,8 +187,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
-    int locked_count;       /* 0: not measured yet                                                              */
+    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    uint32_t last_component_id;
+    bool components_known;  /* they have been found since the model was set                                      */
+    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -200,9 +205,11 @@ struct springls_context {
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
+    float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
     char error[256];
 };

@@ -40,7 +40,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project",
-                                                             "keep_edges", "volume_lock" };
+                                                             "keep_edges", "volume_lock", "components" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 

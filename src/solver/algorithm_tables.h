@@ -23,13 +23,25 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
     return iteration % ctx->model.params.resample_period == 0;
 }
 
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+
 /* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+    return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+/* Returns true when components have ids, but no volumes to keep. */
+SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+}
+
+/* Returns true when the model has changed since its components were found, or they have not been found yet. */
+SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+}
 
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
@@ -107,9 +119,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        ctx->locked_count = 0;
+        springls__forget_targets(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
+    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -213,7 +226,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -230,6 +244,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };

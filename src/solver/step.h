@@ -57,19 +57,20 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
         || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
+                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__forget_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
-    ctx->step.forces = *step->forces;
+    if (step->forces) ctx->step.forces = *step->forces;
     ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;

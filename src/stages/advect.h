@@ -46,36 +46,44 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* Writes sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
-                                 springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
     float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -85,36 +93,19 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
         }
     }
     if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
-                                   forces->curvature_weight);
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+        }
     }
 }
 
-/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
-                                   float time, springls__v3 *slope)
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
 {
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(motion, x, count, time, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    if (!motion->forces.affine) return;
-    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -124,6 +115,54 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
+}
+
+/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
+   springls of the block. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    if (forces->affine) {
+        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, batch, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
@@ -147,29 +186,35 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
-    const springls__v3 *a = motion->ctx->model.set.a + first;
-    int i, m, n = SPRINGLS__MOVERS * count;
+    springls_batch batch;
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.springls = springls;
+    batch.ids = motion->ctx->model.set.id + first;
+    batch.count = count;
     for (i = 0; i < count; i++) {
+        springls[i] = first + i;
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
     }
@@ -204,6 +249,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
@@ -231,7 +277,7 @@ SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
@@ -258,7 +304,8 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;

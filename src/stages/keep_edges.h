@@ -67,12 +67,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
-   convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
+   on it. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f;
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);
@@ -84,7 +84,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             for (i = lo[0]; i <= hi[0]; i++) {
                 float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
-                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);

@@ -10,6 +10,7 @@
 #include "../runtime/resumable.h"
 #include "../model/attribute_values.h"
 #include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
@@ -24,29 +25,74 @@
    surface, by the direction they face. */
 typedef struct springls__side_rule {
     const springls__grid *grid;      /* of the other operand                                                       */
+    const springls__surface *surface; /* of its springls                                                           */
     float sign;
     bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
 } springls__side_rule;
 
-/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
+/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
+                                                   springls_operation operation, bool second)
 {
     const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
     rule.grid = grid;
+    rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
     rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     return rule;
 }
 
+enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
+
+#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+
+/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
+   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
+   faces as it does may bound the result. */
+SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
+{
+    springls__v3 m = springls__tri_normal(t);
+    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
+    *d2 = springls__tri_closest(t, p).d2;
+    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
+    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
+        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
+    return SPRINGLS__OFF_SURFACE;
+}
+
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
+   edges, and to its level set where there are none. */
+SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
+{
+    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__near_walk walk;
+    float cosine, d2, least = FLT_MAX;
+    int i, one, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        least = d2;
+        facing = one;
+    }
+    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
+    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
+    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
+}
+
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
     float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
-    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
-    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
-    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
+    int facing = springls__facing_surface(rule, s, phi);
+    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
+    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
@@ -83,20 +129,53 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
+   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
+                                            float a, float b, const int at[3])
+{
+    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
+    springls__v3 n, m;
+    float cosine;
+    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
+    cosine = springls__dot(n, m);
+    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
+}
+
+/* Computes phi of the result in an active brick, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
+                                          int brick)
+{
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__slot_origin(g, slot, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        at[0] = o[0] + (v & 7);
+        at[1] = o[1] + (v >> 3 & 7);
+        at[2] = o[2] + (v >> 6);
+        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
+               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+    }
+}
+
 /* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t i, bricks = springls__brick_count(g);
-    int v;
-    for (i = 0; i < bricks; i++) {
-        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
+    for (i = 0; i < bricks; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
-    }
+            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
@@ -233,14 +312,14 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
-   more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
+   this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other)
+                                                        springls_context *other, const springls__surface surfaces[2])
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
     SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
@@ -282,7 +361,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    ctx->locked_count = 0;
+    springls__forget_targets(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -294,16 +373,21 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     return SPRINGLS_OK;
 }
 
-/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
+                                               springls__surface surfaces[2])
 {
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__complete_model(ctx, true);
+    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
@@ -327,6 +411,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls__surface surfaces[2];
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -335,7 +420,11 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,

@@ -276,6 +276,27 @@ FIXTURE springls_status life_mask(springls_context *ctx)
     return springls_set_relax_mask(ctx, mask);
 }
 
+/* Moves every third of the springls a little: by both parts, by particles alone, by vertices alone. */
+FIXTURE springls_status life_write(springls_context *ctx)
+{
+    static float vertices[9 * 20000], particles[3 * 20000];
+    int third = springls_count(ctx) / 3, part, i, m;
+    if (3 * third > 20000) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < 3 * third; i++) {
+        springls__v3 p = fixture_particle(ctx, i), off = springls__v3_make(0.2f, 0.01f * (float)(i % 7), -0.1f);
+        p = springls__add(p, off);
+        memcpy(particles + 3 * i, &p, sizeof p);
+        for (m = 0; m < 3; m++) {
+            springls__v3 q = springls__add(fixture_vertex(ctx, i, m), off);
+            memcpy(vertices + 9 * i + 3 * m, &q, sizeof q);
+        }
+    }
+    for (part = 0; part < 3; part++)
+        SPRINGLS__TRY(springls_write(ctx, part * third, third, part == 1 ? NULL : vertices + 9 * part * third,
+                                     part == 2 ? NULL : particles + 3 * part * third));
+    return SPRINGLS_OK;
+}
+
 /* Stages in an order that no step has. */
 FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
 {
@@ -283,6 +304,7 @@ FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
         springls_contract, springls_resample, springls_unsigned_to_signed, springls_evolve, springls_relax, springls_fill_gaps, springls_track };
     size_t i;
     SPRINGLS__TRY(springls_advect(ctx, &l->forces, 0.1f, l->step.dt));
+    SPRINGLS__TRY(life_write(ctx));
     for (i = 0; i < sizeof stages / sizeof *stages; i++) SPRINGLS__TRY(stages[i](ctx));
     return SPRINGLS_OK;
 }
@@ -483,12 +505,32 @@ FIXTURE void life_breath(void *user, const float *points, const float *normals, 
     for (i = 0; i < count; i++) out[i] = 0.3f * (points[3 * i] > 15.0f ? 1.0f : -1.0f) + 0.1f * time;
 }
 
+FIXTURE springls_status disturb_with_writes(springls_context *ctx, life *l, int step)
+{
+    (void)l;
+    (void)step;
+    return life_write(ctx);
+}
+
+/* A velocity by index and id of springls. */
+FIXTURE void life_by_springl(void *user, const springls_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < batch->count; i++) {
+        out[3 * i] = 0.1f * (float)(batch->springls[i] % 3);
+        out[3 * i + 1] = 0.05f * (float)(batch->ids[i] % 5);
+        out[3 * i + 2] = 0.02f * batch->correspondences[3 * i] - 0.3f;
+    }
+}
+
 FIXTURE springls_status disturb_with_callbacks(springls_context *ctx, life *l, int step)
 {
     float speed;
     l->forces.pressure = step % 2 ? life_breath : NULL;
     l->forces.affine = step % 3 ? history_affine : NULL;
     l->forces.velocity = step % 4 ? history_inwards : NULL;
+    l->forces.velocity_batch = step % 4 == 1 ? life_by_springl : NULL;
     l->step.dt = 0.2f;
     return springls_max_speed(ctx, &l->forces, 0.0f, &speed);
 }
@@ -558,17 +600,82 @@ TEST questions_fetch_once(void)
     ASSERT(ctx != NULL);
     ASSERT_OK(springls_step(ctx, &l.step));
     before = springls_cl_get_counts(parity_backend);
-    ASSERT_OK(springls_closest(ctx, points, 8, first));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 8, first));
     after = springls_cl_get_counts(parity_backend);
     ASSERT_GT(after.downloads, before.downloads);
     ASSERT(after.uploads == before.uploads);
     before = after;
-    ASSERT_OK(springls_closest(ctx, points, 8, second));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 8, second));
     ASSERT_MEM_EQ(first, second, sizeof first);
     ASSERT(springls_state_hash(ctx) != 0);
     after = springls_cl_get_counts(parity_backend);
     ASSERT(after.downloads == before.downloads);
     ASSERT(after.kernels == before.kernels);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Rays and closest points of either surface have the same bits after the same steps. */
+TEST queries_are_equal(void)
+{
+    enum { COUNT = 200 };
+    static springls_hit hits[2][COUNT];
+    float points[3 * COUNT], directions[3 * COUNT];
+    springls_context *ctx[2];
+    int i, b, surface, found = 0;
+    life l;
+    NEEDS_DEVICE();
+    life_make(&l, LIFE_THIN);
+    for (b = 0; b < 2; b++) {
+        ctx[b] = life_context(&l, b ? parity_backend : NULL);
+        ASSERT(ctx[b] != NULL);
+        ASSERT_OK(springls_run(ctx[b], &l.step, 2));
+    }
+    fixture_seed(23);
+    for (i = 0; i < 3 * COUNT; i++) {
+        points[i] = fixture_between(0.0f, 30.0f);
+        directions[i] = fixture_between(8.0f, 22.0f) - points[i];
+    }
+    for (surface = 0; surface < 2; surface++) {
+        for (b = 0; b < 2; b++) ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
+        ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
+        for (i = 0; i < COUNT; i++) found += hits[0][i].springl >= 0;
+        for (b = 0; b < 2; b++) ASSERT_OK(springls_closest(ctx[b], (springls_surface)surface, points, COUNT, hits[b]));
+        ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
+    }
+    ASSERT_GT(found, 20);
+    for (b = 0; b < 2; b++) springls_destroy(ctx[b]);
+    PASS();
+}
+
+/* A write sends its range to the device and nothing more, and fetches nothing. */
+TEST writes_send_their_range(void)
+{
+    springls_cl_counts before, after;
+    springls_context *ctx;
+    float vertices[9 * 10], particles[3 * 10];
+    int i, m;
+    life l;
+    NEEDS_DEVICE();
+    life_make(&l, LIFE_THIN);
+    ctx = life_context(&l, parity_backend);
+    ASSERT(ctx != NULL);
+    ASSERT_OK(springls_step(ctx, &l.step));
+    for (i = 0; i < 10; i++) {
+        springls__v3 p = fixture_particle(ctx, 20 + i);
+        memcpy(particles + 3 * i, &p, sizeof p);
+        for (m = 0; m < 3; m++) {
+            springls__v3 q = fixture_vertex(ctx, 20 + i, m);
+            memcpy(vertices + 9 * i + 3 * m, &q, sizeof q);
+        }
+        particles[3 * i] += 0.5f;
+    }
+    before = springls_cl_get_counts(parity_backend);
+    ASSERT_OK(springls_write(ctx, 20, 10, vertices, particles));
+    after = springls_cl_get_counts(parity_backend);
+    ASSERT_EQ(sizeof vertices + sizeof particles, after.bytes_up - before.bytes_up);
+    ASSERT_EQ(0u, after.bytes_down - before.bytes_down);
+    for (i = 0; i < 10; i++) ASSERT_EQ(particles[3 * i], fixture_particle(ctx, 20 + i).x);
     springls_destroy(ctx);
     PASS();
 }
@@ -616,7 +723,8 @@ SUITE(lives)
 {
     static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
         { "questions", disturb_with_questions, true }, { "views", disturb_with_views, true }, { "parameters", disturb_with_parameters, false },
-        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false }, { "callbacks", disturb_with_callbacks, false } };
+        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false }, { "callbacks", disturb_with_callbacks, false },
+        { "writes", disturb_with_writes, false } };
     size_t i;
     for (i = 0; i < LIVES; i++) {
         greatest_set_test_suffix(life_name((int)i));
@@ -629,6 +737,8 @@ SUITE(lives)
         RUN_TESTp(what_happens_between_steps, between[i].disturb, between[i].changes_nothing);
     }
     RUN_TEST(questions_fetch_once);
+    RUN_TEST(queries_are_equal);
+    RUN_TEST(writes_send_their_range);
     RUN_TEST(springls_are_taken_afresh);
 }
 

@@ -136,7 +136,7 @@ TEST drag_moves_its_region_and_not_the_rest(void)
     ASSERT_IN_RANGE(0.0f, phi, 0.5f * model.voxel);
     /* The springl there came from where the brush began. */
     springls_hit hit;
-    springls_closest(model.ctx, brush.center, 1, &hit);
+    springls_closest(model.ctx, SPRINGLS_SURFACE_WATERTIGHT, brush.center, 1, &hit);
     vec3_sub(hit.material, begin, hit.material);
     ASSERT(vec3_length(hit.material) < model.voxel);
     ASSERT_IN_RANGE(1.0f, radius_along(&model, 0.0f, 0.0f, -1.0f), 0.005f);

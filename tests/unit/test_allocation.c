@@ -66,8 +66,9 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
     count(o, ctx, springls_extract_soup(ctx, &mesh));
     springls_mesh_free(ctx, &mesh);
     count(o, ctx, springls_measure(ctx, &measures));
-    count(o, ctx, springls_closest(ctx, points, 4, hits));
-    count(o, ctx, springls_raycast(ctx, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 4, hits));
+    count(o, ctx, springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, points, 4, hits));
     count(o, ctx, springls_sample_distance(ctx, points, 4, out));
     count(o, ctx, springls_sample_gradient(ctx, points, 4, out));
     count(o, ctx, springls_sample_inside(ctx, points, 4, inside));
@@ -108,6 +109,7 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
     float wind[3] = { 0.5f, 0.2f, 0.0f }, speed;
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, scenario == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.6f);
+    springls_step_desc follow = fixture_step(NULL, SPRINGLS_MODE_FLUID, 0.0f);
     springls_params params = scenario == FLUID_PAPER ? springls_paper_params() : springls_default_params();
     int i, half = p->mesh.triangle_count / 2;
     params.resample_period = 2;
@@ -129,6 +131,7 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
     case RAW_SPRINGLS:
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, p->vertices, half));
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, NULL, 2 * half));
+        count(o, ctx, springls_set_reference_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, half, NULL));
         break;
     case FLUID:
     case FLUID_PAPER:
@@ -150,6 +153,8 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
         count(o, ctx, springls_fill_gaps(ctx));
         count(o, ctx, springls_track(ctx));
         count(o, ctx, springls_unsigned_to_signed(ctx));
+        if (springls_count(ctx) > 0) count(o, ctx, springls_write(ctx, 0, 1, p->vertices, NULL));
+        count(o, ctx, springls_step(ctx, &follow));
         break;
     case FRAMES:
         count(o, ctx, springls_set_implicit(ctx, springls_implicit_sphere, &p->ball));

@@ -95,6 +95,129 @@ TEST without_a_seam(void)
     PASS();
 }
 
+/* A box of twelve triangles: its corners are center + directions times half. */
+static springls_context *mesh_box(d3 center, const d3 direction[3], d3 half)
+{
+    static const int face[36] = { 0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5 };
+    springls_context *ctx = fixture_context(SIZE, NULL);
+    float positions[24];
+    int i;
+    for (i = 0; i < 8; i++) {
+        d3 x = d3_mad(center, direction[0], i & 1 ? half.x : -half.x);
+        x = d3_mad(d3_mad(x, direction[1], i & 2 ? half.y : -half.y), direction[2], i & 4 ? half.z : -half.z);
+        positions[3 * i] = (float)x.x;
+        positions[3 * i + 1] = (float)x.y;
+        positions[3 * i + 2] = (float)x.z;
+    }
+    if (springls_set_mesh(ctx, positions, 8, 0, face, 12, NULL) != SPRINGLS_OK) springls_reset(ctx);
+    return ctx;
+}
+
+/* A box from a mesh or, along the axes, from a function. */
+static springls_context *solid_box(d3 center, const d3 direction[3], double half, bool from_mesh)
+{
+    springls_context *ctx;
+    springls_box box;
+    if (from_mesh) return mesh_box(center, direction, d3_make(half, half, half));
+    ctx = fixture_context(SIZE, NULL);
+    box.center[0] = (float)center.x;
+    box.center[1] = (float)center.y;
+    box.center[2] = (float)center.z;
+    box.half[0] = box.half[1] = box.half[2] = (float)half;
+    if (springls_set_implicit(ctx, springls_implicit_box, &box) != SPRINGLS_OK) springls_reset(ctx);
+    return ctx;
+}
+
+static const d3 along_axes[3] = { { 1.0, 0.0, 0.0 }, { 0.0, 1.0, 0.0 }, { 0.0, 0.0, 1.0 } };
+
+/* Nothing is left of a box less itself, or less itself moved by very little; faces on voxel planes or between them, the one from a
+   mesh, the other from a function, or both. */
+TEST box_less_itself(int place)
+{
+    static const double offset[3] = { 0.0, 0.3, 0.5 };
+    const d3 center = d3_make(19.0 + offset[place], 20.0 + offset[place], 19.0 + offset[place]);
+    int kinds;
+    for (kinds = 0; kinds < 8; kinds++) {
+        d3 moved = d3_add(center, kinds & 4 ? d3_make(1e-5, -1e-5, 1e-5) : d3_make(0.0, 0.0, 0.0));
+        springls_context *a = solid_box(center, along_axes, 7.0, kinds & 1), *b = solid_box(moved, along_axes, 7.0, (kinds & 2) != 0);
+        ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
+        ASSERT_EQ(0, springls_count(a));
+        springls_destroy(a);
+        springls_destroy(b);
+    }
+    PASS();
+}
+
+/* A mesh with creases of every angle and thin places, a star of eight rays, less itself. */
+TEST mesh_less_itself(void)
+{
+    springls_context *a, *b;
+    springls_context *models[2];
+    int k, i, j;
+    for (k = 0; k < 2; k++) {
+        float positions[3 * 26];
+        static int face[3 * 48];
+        int count = 0, vertex[27];
+        models[k] = fixture_context(SIZE, NULL);
+        for (i = j = 0; i < 27; i++) {
+            int x = i % 3 - 1, y = i / 3 % 3 - 1, z = i / 9 - 1, order = x * x + y * y + z * z;
+            float r = order == 3 ? 9.0f : order == 2 ? 3.0f : 6.0f;
+            if (order == 0) continue;
+            vertex[i] = j;
+            positions[3 * j] = 19.4f + r * (float)x;
+            positions[3 * j + 1] = 19.7f + r * (float)y;
+            positions[3 * j++ + 2] = 19.1f + r * (float)z;
+        }
+        for (i = 0; i < 24; i++) { /* a quarter of a side of the cube of 26 points: two triangles */
+            int axis = i / 8, side = (i / 4 % 2) * 2, u = i % 2, v = i / 2 % 2, step[3], c[4], m;
+            step[axis % 3] = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+            step[0] = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+            step[1] = axis == 0 ? 3 : axis == 1 ? 9 : 1;
+            step[2] = axis == 0 ? 9 : axis == 1 ? 1 : 3;
+            for (m = 0; m < 4; m++)
+                c[m] = vertex[side * step[0] + (u + (m == 1 || m == 2)) * step[1] + (v + (m >= 2)) * step[2]];
+            for (m = 0; m < 2; m++) {
+                face[3 * count] = c[0];
+                face[3 * count + 1] = side ? c[1 + m] : c[2 + m];
+                face[3 * count++ + 2] = side ? c[2 + m] : c[1 + m];
+            }
+        }
+        ASSERT_OK(springls_set_mesh(models[k], positions, 26, 0, face, count, NULL));
+    }
+    a = models[0];
+    b = models[1];
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
+    ASSERT_EQ(0, springls_count(a));
+    springls_destroy(a);
+    springls_destroy(b);
+    PASS();
+}
+
+/* Boxes that share a face, exactly or but for very little: they have nothing in common, and together they are one box. */
+TEST boxes_that_share_a_face(int place)
+{
+    static const double offset[4] = { 0.0, 0.3, 0.5, 0.0 };
+    const d3 center = d3_make(20.0 + offset[place], 19.0 + offset[place], 20.0 + offset[place]), turn = d3_make(0.2, 0.3, 0.25);
+    d3 direction[3];
+    int kind, near_by, operation, k;
+    for (k = 0; k < 3; k++) direction[k] = place == 3 ? d3_rotate(along_axes[k], turn) : along_axes[k];
+    for (kind = place == 3; kind < 2; kind++)
+        for (near_by = -1; near_by < 2; near_by++)
+            for (operation = 0; operation < 2; operation++) {
+                springls_context *a = solid_box(d3_mad(center, direction[0], -5.0), direction, 5.0, kind);
+                springls_context *b = solid_box(d3_mad(center, direction[0], 5.0 + 1e-5 * near_by), direction, 5.0, kind);
+                if (operation == SPRINGLS_OPERATION_INTERSECTION) {
+                    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_INTERSECTION, b));
+                } else {
+                    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_UNION, b));
+                    CHECK_CALL(check(a, 2000.0, place ? 0.05 : 0.1, 1, 2)); /* on voxel planes marching cubes cut off most */
+                }
+                springls_destroy(a);
+                springls_destroy(b);
+            }
+    PASS();
+}
+
 static springls_status paint(springls_context *ctx, const char *name, float value)
 {
     springls_attribute_desc desc = { NULL, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
@@ -236,6 +359,64 @@ TEST smooths(void)
     PASS();
 }
 
+/* A ball of radius R that is smoothed by a length L has the radius sqrt(R^2 - L^2), after few steps. */
+TEST smoothing_has_its_length(float radius, float length, double tolerance)
+{
+    d3 center = d3_make(19.7, 19.8, 20.1);
+    springls_context *a = fixture_sphere(40, NULL, 19.7f, 19.8f, 20.1f, radius);
+    double sum = 0.0;
+    int i;
+    ASSERT_OK(springls_smooth(a, length, false));
+    for (i = 0; i < springls_count(a); i++) sum += d3_distance(d3_of(fixture_particle(a, i)), center);
+    ASSERT_IN_RANGE(sqrt((double)(radius * radius - length * length)), sum / springls_count(a), tolerance);
+    ASSERT_GT(50, springls_get_stats(a).steps);
+    springls_destroy(a);
+    PASS();
+}
+
+/* Two balls apart, with the radii 9 and 3. */
+static void two_balls(void *user, const float *points, int count, float *out)
+{
+    (void)user;
+    for (; count-- > 0; points += 3) {
+        double x = (double)points[0], y = (double)points[1] - 19.6, z = (double)points[2] - 19.3;
+        *out++ = (float)fmin(sqrt((x - 14.2) * (x - 14.2) + y * y + z * z) - 9.0, sqrt((x - 32.1) * (x - 32.1) + y * y + z * z) - 3.0);
+    }
+}
+
+/* What is smaller than the length vanishes, with its springls; what is larger stays. Nothing is left in the end. */
+TEST small_features_vanish(void)
+{
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures m;
+    int i;
+    ASSERT_OK(springls_set_implicit(a, two_balls, NULL));
+    ASSERT_OK(springls_smooth(a, 4.0f, false));
+    ASSERT_OK(springls_measure(a, &m));
+    ASSERT_EQ(1, m.components);
+    for (i = 0; i < springls_count(a); i++) ASSERT_LT(fixture_particle(a, i).x, 24.0f);
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_smooth(a, 10.0f, false));
+    springls_destroy(a);
+    PASS();
+}
+
+/* A long length with the volume kept makes a ball of a box, and takes no more steps than a few hundred. */
+TEST long_lengths_take_few_steps(void)
+{
+    springls_box box = box_at(19.7f, 19.8f, 6.3f);
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures before, after;
+    ASSERT_OK(springls_set_implicit(a, springls_implicit_box, &box));
+    ASSERT_OK(springls_measure(a, &before));
+    ASSERT_OK(springls_smooth(a, 300.0f, true));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_IN_RANGE(before.volume, after.volume, 0.001 * before.volume);
+    ASSERT_IN_RANGE(pow(36.0 * fixture_pi * after.volume * after.volume, 1.0 / 3.0), after.area, 0.004 * after.area);
+    ASSERT_GT(200, springls_get_stats(a).steps);
+    springls_destroy(a);
+    PASS();
+}
+
 /* A cube of 12 triangles becomes a cube of springls about as large as a voxel, with what it carries, and its edges stay. */
 TEST remeshes(void)
 {
@@ -243,16 +424,23 @@ TEST remeshes(void)
     static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
                                        1, 3, 7, 1, 7, 5 };
     springls_attribute_desc desc = { "face", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
-    springls_context *a = fixture_context(SIZE, NULL);
+    springls_params params = springls_default_params();
+    springls_context *a;
+    springls_measures before, after;
     float positions[24], face[12];
     springls_material *places;
     springls_view v;
     int i, wrong = 0;
+    params.split_input = 0;
+    a = fixture_context(SIZE, &params);
     for (i = 0; i < 24; i++) positions[i] = 12.3f + 14.0f * corner[i];
     for (i = 0; i < 12; i++) face[i] = (float)(i / 2);
     ASSERT_OK(springls_set_mesh(a, positions, 8, 0, triangles, 12, NULL));
     ASSERT_OK(springls_add_attribute(a, &desc, face, NULL));
+    ASSERT_OK(springls_measure(a, &before));
     ASSERT_OK(springls_remesh(a));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_EQ(before.volume, after.volume);
     CHECK_CALL(check(a, 14.0 * 14.0 * 14.0, 0.05, 1, 2));
     ASSERT_GT(springls_count(a), 600);
     places = (springls_material *)malloc((size_t)springls_count(a) * sizeof *places);
@@ -265,6 +453,45 @@ TEST remeshes(void)
     }
     ASSERT_LT(wrong, springls_count(a) / 50); /* at the edges the nearest triangle is anybody's guess */
     free(places);
+    springls_destroy(a);
+    PASS();
+}
+
+/* An octahedron of 8 triangles, or of these divided `depth` times and pushed out onto a ball: remesh moves no surface. */
+TEST remesh_keeps_the_volume(int depth)
+{
+    enum { MOST = 8 << 10 };
+    static const int octant[8][3] = { { 1, 1, 1 }, { -1, 1, 1 }, { 1, -1, 1 }, { 1, 1, -1 }, { -1, -1, 1 }, { -1, 1, -1 }, { 1, -1, -1 },
+                                      { -1, -1, -1 } };
+    static float positions[9 * MOST];
+    static int index[3 * MOST];
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures before, after;
+    int n = 1 << depth, count = 0, o, i, j, k, up, m;
+    for (o = 0; o < 8; o++)
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n - i; j++)
+                for (up = 0; up < (j < n - i - 1 ? 2 : 1); up++) {
+                    bool turned = octant[o][0] * octant[o][1] * octant[o][2] < 0;
+                    for (m = 0; m < 3; m++) {
+                        int c = turned && m ? 3 - m : m;
+                        int u = i + (up ? c != 2 : c == 1), v = j + (up ? c != 0 : c == 2);
+                        double at[3], length = 0.0;
+                        at[0] = u; at[1] = v; at[2] = n - u - v;
+                        for (k = 0; k < 3; k++) length += at[k] * at[k];
+                        length = depth ? sqrt(length) : n;
+                        for (k = 0; k < 3; k++) positions[9 * count + 3 * m + k] = (float)(19.6 + 12.0 * octant[o][k] * at[k] / length);
+                    }
+                    count++;
+                }
+    for (i = 0; i < 3 * count; i++) index[i] = i;
+    ASSERT_OK(springls_set_mesh(a, positions, 3 * count, 0, index, count, NULL));
+    ASSERT_OK(springls_measure(a, &before));
+    ASSERT_OK(springls_remesh(a));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_IN_RANGE(before.volume, after.volume, 0.0002 * before.volume);
+    ASSERT_EQ(1, after.components);
+    ASSERT_EQ(2, after.euler);
     springls_destroy(a);
     PASS();
 }
@@ -355,12 +582,20 @@ int main(int argc, char **argv)
         RUN_TESTp(boxes, i);
     }
     RUN_TEST(without_a_seam);
+    for (i = 0; i < 3; i++) RUN_TESTp(box_less_itself, i);
+    RUN_TEST(mesh_less_itself);
+    for (i = 0; i < 4; i++) RUN_TESTp(boxes_that_share_a_face, i);
     RUN_TEST(attributes_of_both);
     RUN_TEST(goes_on);
     RUN_TEST(offsets);
     RUN_TEST(offsets_change_topology);
     RUN_TEST(smooths);
+    RUN_TESTp(smoothing_has_its_length, 16.0f, 12.0f, 0.02);
+    RUN_TESTp(smoothing_has_its_length, 10.0f, 1.5f, 0.002);
+    RUN_TEST(small_features_vanish);
+    RUN_TEST(long_lengths_take_few_steps);
     RUN_TEST(remeshes);
+    for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
     RUN_TEST(refusals);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();

@@ -553,10 +553,10 @@ TEST every_call_survives_null(void)
     ASSERT_EQ(invalid, springls_sample_gradient(ctx, x, 1, NULL));
     ASSERT_EQ(invalid, springls_sample_inside(NULL, x, 1, inside));
     ASSERT_EQ(invalid, springls_sample_inside(ctx, x, 1, NULL));
-    ASSERT_EQ(invalid, springls_closest(NULL, x, 1, &hit));
-    ASSERT_EQ(invalid, springls_closest(ctx, x, 1, NULL));
-    ASSERT_EQ(invalid, springls_raycast(NULL, x, x, 1, 0.0f, &hit));
-    ASSERT_EQ(invalid, springls_raycast(ctx, x, NULL, 1, 0.0f, &hit));
+    ASSERT_EQ(invalid, springls_closest(NULL, SPRINGLS_SURFACE_WATERTIGHT, x, 1, &hit));
+    ASSERT_EQ(invalid, springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, x, 1, NULL));
+    ASSERT_EQ(invalid, springls_raycast(NULL, SPRINGLS_SURFACE_WATERTIGHT, x, x, 1, 0.0f, &hit));
+    ASSERT_EQ(invalid, springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, x, NULL, 1, 0.0f, &hit));
     ASSERT_EQ(invalid, springls_measure(NULL, &measures));
     ASSERT_EQ(invalid, springls_measure(ctx, NULL));
     ASSERT_EQ(0, springls_get_stats(NULL).springls);
@@ -584,7 +584,7 @@ TEST stages_survive_an_empty_model(void)
     ASSERT_OK(springls_track(ctx));
     ASSERT_OK(springls_max_speed(ctx, &forces, 0.0f, &speed));
     ASSERT_EQ(0.0f, speed);
-    ASSERT_OK(springls_closest(ctx, wind, 1, &hit));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, wind, 1, &hit));
     ASSERT_EQ(-1, hit.springl);
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_unsigned_to_signed(ctx));
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_set_reference(ctx));

@@ -150,6 +150,41 @@ TEST initial_springls_are_on_the_faces(void)
     PASS();
 }
 
+/* Wherever its faces lie to the voxels, on them or close beside, a box has all its edges: springls along each of the twelve are
+   marked, and none cuts one off. */
+TEST faces_may_lie_on_voxel_planes(void)
+{
+    static const float offset[7] = { 0.0f, 1e-5f, -1e-5f, 0.05f, -0.1f, 0.15f, 0.2f };
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_box b;
+    int o, i, k, marked[12];
+    for (o = 0; o < 7; o++) {
+        for (k = 0; k < 3; k++) {
+            b.center[k] = 15.0f + offset[o];
+            b.half[k] = 6.0f;
+        }
+        memset(marked, 0, sizeof marked);
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_box, &b));
+        fixture_here(ctx);
+        for (i = 0; i < springls_count(ctx); i++) {
+            springls__v3 p = ctx->model.set.s[i].p, n = springls__springl_normal(ctx->model.set.s[i]);
+            float x[3], most = springls__max(springls__max(springls__fabs(n.x), springls__fabs(n.y)), springls__fabs(n.z)), off;
+            springls_implicit_box(&b, &p.x, 1, &off);
+            ASSERT_IN_RANGE(0.0f, off, 0.2f);
+            ASSERT_GT(most, 0.99f);
+            if (!ctx->model.set.edge[i]) continue;
+            x[0] = p.x - b.center[0]; x[1] = p.y - b.center[1]; x[2] = p.z - b.center[2];
+            for (k = 0; k < 3; k++) { /* edges along axis k */
+                float u = x[(k + 1) % 3], v = x[(k + 2) % 3];
+                if (springls__fabs(u) > 4.0f && springls__fabs(v) > 4.0f) marked[4 * k + 2 * (u > 0.0f) + (v > 0.0f)]++;
+            }
+        }
+        for (k = 0; k < 12; k++) ASSERT_GT(marked[k], 10);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Three eighths of a turn, where no face lies along the grid, and a whole one: edges of the box are where they belong, and an
    average over their sides would be far from there. */
 TEST box_stays_sharp_through_a_turn(void)
@@ -295,6 +330,7 @@ TEST smooth_surfaces_have_no_edges(void)
 SUITE(sharp_edges)
 {
     RUN_TEST(initial_springls_are_on_the_faces);
+    RUN_TEST(faces_may_lie_on_voxel_planes);
     RUN_TEST(box_stays_sharp_through_a_turn);
     RUN_TEST(box_stays_sharp_when_it_is_moved);
     RUN_TEST(splits_stay_on_their_side);

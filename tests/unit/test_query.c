@@ -225,7 +225,7 @@ TEST closest_in_the_world(void)
                 h = springls__tri_closest(tri, springls__load3(x));
                 if ((double)h.d2 < best) best = (double)h.d2;
             }
-            ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, x, 1, &hit));
+            ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, x, 1, &hit));
             ASSERT(hit.springl >= 0);
             ASSERT_IN_RANGE(sqrt(best), (double)hit.distance, 1e-3);
             for (k = 0; k < 3; k++) d2 += ((double)x[k] - (double)hit.point[k]) * ((double)x[k] - (double)hit.point[k]);
@@ -247,13 +247,13 @@ TEST rays_in_the_world(void)
         springls__v3 n = springls__normalize(springls__sub(random_point(2.0f), springls__v3_make(1, 1, 1)));
         along[0] = -3.0f * n.x; along[1] = -3.0f * n.y; along[2] = -3.0f * n.z;
         for (k = 0; k < 3; k++) from[k] = (float)world_center[k] - 10.0f * along[k];
-        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, from, along, 1, 0.0f, &hit));
+        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, SPRINGLS_SURFACE_SOUP, from, along, 1, 0.0f, &hit));
         ASSERT(hit.springl >= 0);
         ASSERT_IN_RANGE(18.0f, hit.distance, 0.05f);
-        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, from, along, 1, 17.0f, &hit));
+        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, SPRINGLS_SURFACE_SOUP, from, along, 1, 17.0f, &hit));
         ASSERT_EQ(-1, hit.springl);
         for (k = 0; k < 3; k++) along[k] = -along[k];
-        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, from, along, 1, 0.0f, &hit));
+        ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, SPRINGLS_SURFACE_SOUP, from, along, 1, 0.0f, &hit));
         ASSERT_EQ(-1, hit.springl);
     }
     springls_destroy(ctx);
@@ -301,7 +301,7 @@ TEST rigid_motion_keeps_material(void)
             there = place;
             rotate(&there);
             x[0] = there.x; x[1] = there.y; x[2] = there.z;
-            ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, x, 1, &hit));
+            ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, x, 1, &hit));
             ASSERT(hit.material_triangle >= 0);
             error = springls__length(springls__sub(springls__load3(hit.material), place));
             worst = springls__max(worst, error);
@@ -334,7 +334,7 @@ TEST zero_spacing_is_one(void)
         random_state = 5u;
         for (i = 0; i < 150; i++) x[i] = 20.0f + 24.0f * random_unit();
         memset(hit[k], 0, sizeof hit[k]);
-        ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, x, 50, hit[k]));
+        ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, x, 50, hit[k]));
         springls_destroy(ctx);
     }
     ASSERT_MEM_EQ(hit[0], hit[1], sizeof hit[0]);
@@ -365,7 +365,7 @@ TEST coarse_box_keeps_material(void)
         there = place;
         rotate(&there);
         x[0] = there.x; x[1] = there.y; x[2] = there.z;
-        ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, x, 1, &hit));
+        ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, x, 1, &hit));
         ASSERT_LT(springls__length(springls__sub(springls__load3(hit.material), place)), 1e-3f);
     }
     springls_destroy(ctx);
@@ -467,20 +467,20 @@ TEST bad_points_are_refused(void)
     springls_hit hit;
     ASSERT(ctx != NULL);
     ASSERT_EQ(SPRINGLS_NON_FINITE, springls_sample_distance(ctx, bad, 1, out));
-    ASSERT_EQ(SPRINGLS_NON_FINITE, springls_closest(ctx, bad, 1, &hit));
-    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(ctx, NULL, 1, &hit));
-    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(ctx, far, -1, &hit));
-    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_raycast(ctx, far, far, 1, -1.0f, &hit));
-    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(NULL, far, 1, &hit));
+    ASSERT_EQ(SPRINGLS_NON_FINITE, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, bad, 1, &hit));
+    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, NULL, 1, &hit));
+    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, far, -1, &hit));
+    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_raycast(ctx, SPRINGLS_SURFACE_SOUP, far, far, 1, -1.0f, &hit));
+    ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_closest(NULL, SPRINGLS_SURFACE_SOUP, far, 1, &hit));
     ASSERT_EQ(SPRINGLS_OK, springls_sample_distance(ctx, far, 1, out));
     ASSERT_GT(out[0], 0.0f);
-    ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, far, 1, &hit));
+    ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, far, 1, &hit));
     ASSERT(hit.springl >= 0);
     ASSERT_EQ(SPRINGLS_OK, springls_reset(ctx)); /* an empty model answers "nothing" */
     far[0] = far[1] = far[2] = 1.0f;
-    ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, far, 1, &hit));
+    ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, far, 1, &hit));
     ASSERT_EQ(-1, hit.springl);
-    ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, far, far, 1, 0.0f, &hit));
+    ASSERT_EQ(SPRINGLS_OK, springls_raycast(ctx, SPRINGLS_SURFACE_SOUP, far, far, 1, 0.0f, &hit));
     ASSERT_EQ(-1, hit.springl);
     springls_destroy(ctx);
     PASS();

@@ -67,11 +67,12 @@ static springls_status look_around(springls_context *ctx)
     springls_hit hit[2];
     SPRINGLS__TRY(springls_sample_distance(ctx, points, 2, out));
     SPRINGLS__TRY(springls_sample_inside(ctx, points, 2, inside));
-    SPRINGLS__TRY(springls_closest(ctx, points, 2, hit));
+    SPRINGLS__TRY(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 2, hit));
+    SPRINGLS__TRY(springls_closest(ctx, SPRINGLS_SURFACE_SOUP, points, 2, hit));
     if (hit[0].springl < 0 || hit[0].springl >= springls_count(ctx)
         || springls_view_particles(ctx).count != springls_count(ctx))
         return SPRINGLS_NON_FINITE;
-    return springls_raycast(ctx, points, points + 3, 1, 0.0f, hit);
+    return springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, points + 3, 1, 0.0f, hit);
 }
 
 /* Three steps at once, and in parts of `seconds`; curious: and somebody looks in between. */

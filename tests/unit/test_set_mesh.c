@@ -251,21 +251,29 @@ TEST mirrored_grid(void)
     PASS();
 }
 
+/* A box of twelve triangles, turned about its center by |turn| radians. */
+static void add_box(d3 center, d3 half, d3 turn)
+{
+    static const int face[36] = { 0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5 };
+    int base = positions, i;
+    for (i = 0; i < 8; i++) {
+        d3 x = d3_add(center, d3_rotate(d3_make(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z), turn));
+        add_position(x.x, x.y, x.z);
+    }
+    for (i = 0; i < 12; i++) add_triangle(base + face[3 * i], base + face[3 * i + 1], base + face[3 * i + 2]);
+}
+
 /* Big triangles, many voxels each. */
 TEST box_of_twelve_triangles(void)
 {
-    static const int face[36] = { 0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5 };
     springls_desc desc = cube(40);
     float *phi, half[3] = { 10.25f, 8.0f, 12.5f };
     springls_box box;
-    int i, k, x, y, z;
+    int k, x, y, z;
     double worst = 0.0;
     for (k = 0; k < 3; k++) { box.center[k] = 19.5f; box.half[k] = half[k]; }
     clear_mesh();
-    for (i = 0; i < 8; i++)
-        add_position(19.5 + (i & 1 ? 1.0 : -1.0) * (double)half[0], 19.5 + (i & 2 ? 1.0 : -1.0) * (double)half[1],
-                     19.5 + (i & 4 ? 1.0 : -1.0) * (double)half[2]);
-    for (i = 0; i < 12; i++) add_triangle(face[3 * i], face[3 * i + 1], face[3 * i + 2]);
+    add_box(d3_make(19.5, 19.5, 19.5), d3_make(10.25, 8.0, 12.5), d3_make(0.0, 0.0, 0.0));
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(report.closed && !report.flipped);
     ASSERT_IN_RANGE(8.0 * 10.25 * 8.0 * 12.5, report.volume, 1e-3);
@@ -284,6 +292,119 @@ TEST box_of_twelve_triangles(void)
             }
     ASSERT_LT(worst, 1e-4);
     free(phi);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* ---- large triangles become several springls ---- */
+
+static d3 corner_of(int i, int m)
+{
+    const float *q = (const float *)(const void *)((const char *)springls_view_vertices(ctx).data
+                                                   + (size_t)i * springls_view_vertices(ctx).stride);
+    return d3_make((double)q[3 * m], (double)q[3 * m + 1], (double)q[3 * m + 2]);
+}
+
+/* The parts are small, cover their triangles, come in their order, and meet corner to corner. */
+TEST large_triangles_are_divided(void)
+{
+    springls_desc desc = cube(40);
+    springls_mesh soup;
+    springls_material *places;
+    double area = 0.0;
+    float *at;
+    int *index, i, m, k, count;
+    clear_mesh();
+    add_box(d3_make(19.4, 19.7, 19.5), d3_make(9.0, 7.0, 7.8), d3_make(0.3, 0.5, 0.2));
+    ASSERT_OK(set_mesh(&desc));
+    count = springls_count(ctx);
+    ASSERT_EQ(count, report.springls);
+    ASSERT_IN_RANGE(1900, count, 1100); /* 1500 voxels^2 */
+    ASSERT_EQ(12, springls_material_triangle_count(ctx));
+    places = (springls_material *)malloc((size_t)count * sizeof *places);
+    at = (float *)malloc((size_t)count * 3 * sizeof *at);
+    ASSERT_OK(springls_springl_materials(ctx, places));
+    ASSERT_OK(springls_interpolate_material(places, count, position, 3, triangle, triangles, at));
+    for (i = 0; i < count; i++) {
+        d3 a = corner_of(i, 0), b = corner_of(i, 1), c = corner_of(i, 2);
+        area += 0.5 * d3_length(d3_cross(d3_sub(b, a), d3_sub(c, a)));
+        for (m = 0; m < 3; m++) ASSERT_LTE(d3_distance(corner_of(i, m), corner_of(i, (m + 1) % 3)), 2.0001);
+        if (i > 0) ASSERT_GTE(places[i].triangle, places[i - 1].triangle);
+        ASSERT_LT(d3_distance(d3_of(ctx->model.set.s[i].p), d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2])), 1e-4);
+        ASSERT_EQ(0u, springls_generations(ctx)[i]);
+    }
+    ASSERT_IN_RANGE(report.area, area, 0.01);
+    ASSERT_OK(springls_extract_soup(ctx, &soup)); /* set again, it is closed: every edge has its counterpart */
+    index = (int *)malloc(3 * (size_t)count * sizeof *index);
+    for (k = 0; k < 3 * count; k++) index[k] = k;
+    ASSERT_OK(springls_set_mesh(ctx, soup.positions, 3 * count, 0, index, count, &report));
+    ASSERT(report.closed);
+    ASSERT_EQ(count, springls_count(ctx));
+    springls_mesh_free(ctx, &soup);
+    free(index);
+    free(places);
+    free(at);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A turn in 20 steps: without parts the twelve springls lose a third of the volume. */
+TEST twelve_triangles_keep_their_volume(void)
+{
+    springls_rotation_flow turn = { { 19.5f, 19.5f, 19.5f }, { 0.267f, 0.535f, 0.802f }, 1.0f };
+    springls_desc desc = cube(40);
+    springls_forces forces = fixture_forces(springls_velocity_rotation, &turn);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, (float)(2.0 * fixture_pi / 20.0));
+    springls_measures before, after;
+    clear_mesh();
+    add_box(d3_make(19.4, 19.7, 19.5), d3_make(10.0, 10.0, 10.0), d3_make(0.3, 0.5, 0.2));
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_OK(springls_measure(ctx, &before));
+    step.max_displacement = 2.0f;
+    ASSERT_OK(springls_run(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &after));
+    ASSERT_IN_RANGE(before.volume, after.volume, 0.001 * before.volume);
+    ASSERT_EQ(1, after.components);
+    ASSERT_EQ(2, after.euler);
+    ASSERT_GT(springls_get_stats(ctx).at_edges, 100);
+    springls_destroy(ctx);
+    PASS();
+}
+
+TEST whole_triangles_on_request(void)
+{
+    springls_params params = springls_default_params();
+    springls_desc desc = cube(40);
+    params.split_input = 0;
+    desc.params = &params;
+    clear_mesh();
+    add_box(d3_make(19.4, 19.7, 19.5), d3_make(9.0, 7.0, 8.0), d3_make(0.3, 0.5, 0.2));
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_EQ(12, springls_count(ctx));
+    ASSERT_EQ(12, report.springls);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Only what meets the grid is divided, and no more springls are made than there may be. */
+TEST huge_triangles_in_a_small_grid(void)
+{
+    springls_desc desc = cube(16);
+    int i;
+    clear_mesh();
+    add_box(d3_make(-4e5 + 7.3, 7.5, 7.5), d3_make(4e5, 4e5, 4e5), d3_make(0.0, 0.0, 0.0));
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_GT(springls_count(ctx), 300);
+    ASSERT_LT(springls_count(ctx), 2000);
+    for (i = 0; i < springls_count(ctx); i++) { /* exact in spite of the far corners */
+        springls__v3 p = ctx->model.set.s[i].p;
+        if (p.x > 0.0f && fabs((double)p.y - 7.5) < 8.0 && fabs((double)p.z - 7.5) < 8.0) ASSERT_IN_RANGE(7.3f, p.x, 0.04f);
+    }
+    springls_destroy(ctx);
+    desc.max_springls = 100;
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_EQ(100, springls_count(ctx));
+    ASSERT_GT(springls_get_stats(ctx).refused, 0);
     springls_destroy(ctx);
     PASS();
 }
@@ -455,7 +576,49 @@ TEST strided_positions(void)
     ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, wide, positions + 1, 20, triangle, triangles, &report));
     ASSERT(report.closed);
     ASSERT_EQ(SPRINGLS_INVALID_ARGUMENT, springls_set_mesh(ctx, wide, positions, 10, triangle, triangles, NULL));
-    ASSERT_EQ(triangles, springls_count(ctx)); /* bad input leaves the model */
+    ASSERT_EQ(report.springls, springls_count(ctx)); /* bad input leaves the model */
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A sheet of n x n squares at height z, bent by `bend` voxels, up or down. */
+static void add_sheet(double z, double bend, bool up)
+{
+    const int n = 6;
+    int base = positions, i, j;
+    for (j = 0; j <= n; j++)
+        for (i = 0; i <= n; i++) add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
+    for (j = 0; j < n; j++)
+        for (i = 0; i < n; i++) {
+            int a = base + i + (n + 1) * j, b = a + 1, c = a + n + 1, d = c + 1;
+            add_triangle(a, up ? b : d, up ? d : b);
+            add_triangle(a, up ? d : c, up ? c : d);
+        }
+}
+
+/* Without an inside there is no solid: a flat patch, open or doubled. A bent one has a film, and a thin plate has two sides. */
+TEST what_has_no_inside_is_refused(void)
+{
+    springls_desc desc = cube(32);
+    double z;
+    int doubled;
+    for (doubled = 0; doubled < 2; doubled++)
+        for (z = 15.0; z < 16.0; z += 0.25) {
+            clear_mesh();
+            add_sheet(z, 0.0, true);
+            if (doubled) add_sheet(z, 0.0, false);
+            ASSERT_STATUS(SPRINGLS_BAD_MESH, set_mesh(&desc));
+            ASSERT(strstr(springls_last_error(ctx), "no inside") != NULL);
+            ASSERT_EQ(0, springls_count(ctx));
+            springls_destroy(ctx);
+        }
+    clear_mesh();
+    add_sheet(15.3, 4.0, true);
+    ASSERT_OK(set_mesh(&desc));
+    springls_destroy(ctx);
+    clear_mesh();
+    add_box(d3_make(15.4, 15.4, 15.3), d3_make(8.0, 8.0, 0.1), d3_make(0.2, 0.1, 0.0));
+    ASSERT_OK(set_mesh(&desc));
     springls_destroy(ctx);
     PASS();
 }
@@ -482,8 +645,9 @@ TEST bad_input_is_refused(void)
     bad[4] = 1e38f;
     ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, bad, 4, 0, good, 1, NULL));
     ASSERT(strstr(springls_last_error(ctx), "million") != NULL);
-    ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, point, 4, 0, good, 1, NULL)); /* a single triangle is a model */
-    ASSERT_EQ(1, springls_count(ctx));
+    ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, point, 4, 0, good, 1, NULL)); /* a single triangle is no solid */
+    ASSERT(strstr(springls_last_error(ctx), "no inside") != NULL);
+    ASSERT_EQ(0, springls_count(ctx));
     clear_mesh();
     add_sphere(100, 8, 8, 5, 20, 10, 1.0);
     ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, position, positions, 0, triangle, triangles, NULL));
@@ -694,6 +858,10 @@ SUITE(clean)
     RUN_TEST(cavity_stays_hollow);
     RUN_TEST(mirrored_grid);
     RUN_TEST(box_of_twelve_triangles);
+    RUN_TEST(large_triangles_are_divided);
+    RUN_TEST(twelve_triangles_keep_their_volume);
+    RUN_TEST(whole_triangles_on_request);
+    RUN_TEST(huge_triangles_in_a_small_grid);
 }
 
 SUITE(dirty)
@@ -706,6 +874,7 @@ SUITE(dirty)
     RUN_TEST(repeated_faces_and_flat_ones);
     RUN_TEST(soup_is_welded);
     RUN_TEST(strided_positions);
+    RUN_TEST(what_has_no_inside_is_refused);
     RUN_TEST(bad_input_is_refused);
 }
 

@@ -102,7 +102,7 @@ static uint64_t digest(springls_context *ctx)
     numbers[5] = (double)springls_material_triangle_count(ctx);
     hash = springls__hash(hash, numbers, sizeof numbers);
     memset(hits, 0, sizeof hits);
-    if (springls_count(ctx) && springls_closest(ctx, points, 3, hits) != SPRINGLS_OK) return 0;
+    if (springls_count(ctx) && springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 3, hits) != SPRINGLS_OK) return 0;
     return springls__hash(hash, hits, sizeof hits);
 }
 

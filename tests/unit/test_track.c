@@ -96,7 +96,7 @@ TEST new_springls_ask_their_neighbours(void)
     springls__v3 a;
     d3 mean = d3_make(0.0, 0.0, 0.0), nearest_a = mean;
     double nearest = DBL_MAX;
-    int fresh, i, m, n = 0;
+    int fresh, i, m, n = 0, beside;
     ctx = field(&p, &fresh);
     fixture_seed(72);
     for (i = 0; i < fresh; i++) fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
@@ -116,10 +116,10 @@ TEST new_springls_ask_their_neighbours(void)
         n++;
     }
     ASSERT_GT(n, 2);
-    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh, &beside);
     ASSERT_LT(d3_distance(d3_scale(mean, 1.0 / n), d3_of(a)), 1e-5);
     ctx->model.params.nearest_rule = 1e-4f; /* any average is too far now */
-    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh, &beside);
     ASSERT_LT(d3_distance(nearest_a, d3_of(a)), 1e-5);
     springls_destroy(ctx);
     PASS();
@@ -131,11 +131,13 @@ TEST the_range_grows(void)
     springls_params p = springls_paper_params();
     springls_context *ctx = fixture_context(32, &p);
     springls__v3 a;
+    int beside;
     fixture_add(ctx, springls__v3_make(5.0f, 5.0f, 5.0f), springls__v3_make(6.0f, 5.0f, 5.0f), springls__v3_make(5.0f, 6.0f, 5.0f));
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
     ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
-    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[1], 1);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[1], 1, &beside);
+    ASSERT_EQ(0, beside);
     ASSERT_EQ(1.0f, a.x);
     ASSERT_EQ(2.0f, a.y);
     ASSERT_EQ(3.0f, a.z);

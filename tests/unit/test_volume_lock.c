@@ -146,11 +146,10 @@ static void squeeze(void *user, const float *x, int count, float time, float *v)
 /* Components but for specks, which mergers leave behind. */
 static int large_parts(springls_context *ctx)
 {
-    springls__volume_components parts;
-    int i, large = 0;
-    fixture_here(ctx);
-    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.item[i].volume);
+    const springls_component *parts;
+    int i, count, large = 0;
+    if (springls_components(ctx, &parts, &count) != SPRINGLS_OK) return -1;
+    for (i = 0; i < count; i++) large += !parts[i].cavity && !springls__is_speck(parts[i].volume);
     return large;
 }
 

@@ -1,0 +1,78 @@
+/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+#ifndef SPRINGLS__INPUT_SET_REFERENCE_H
+#define SPRINGLS__INPUT_SET_REFERENCE_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../solver/step.h"
+#include "../lifecycle/create.h"
+#include "set_level_set.h"
+#include "set_mesh.h"
+
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    SPRINGLS__TRY(springls__make_original(ctx));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return SPRINGLS_OK;
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
+           + surface->source_memory.bytes;
+}
+
+/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
+   model's surface in exchange. */
+SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
+{
+    const springls__grid *from = &other->model.reference;
+    springls__grid *to = &ctx->model.reference;
+    springls__surface original = ctx->original;
+    size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
+    memcpy(to->top, from->top, springls__brick_count(from) * sizeof *from->top);
+    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
+    to->slot_count = from->slot_count;
+    to->far_value = from->far_value;
+    ctx->original = other->original;
+    other->original = original;
+    ctx->memory_used = ctx->memory_used - own + taken;
+    other->memory_used = other->memory_used - taken + own;
+    ctx->reference_stamp = 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (report) memset(report, 0, sizeof *report);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
+    if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
+    else status = springls__use_host(ctx, true);
+    if (status == SPRINGLS_OK) status = springls__take_reference(ctx, other);
+    springls_destroy(other);
+    return status;
+}
+
+#endif

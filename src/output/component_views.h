@@ -1,0 +1,90 @@
+/* component_views.h - shows components, their events, and the component of any place. */
+#ifndef SPRINGLS__OUTPUT_COMPONENT_VIEWS_H
+#define SPRINGLS__OUTPUT_COMPONENT_VIEWS_H
+
+#include "../runtime/errors.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
+#include "../stages/events.h"
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__follows_components(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (count > 0 && (!points || !out)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
+    for (i = 0; i < 3 * count; i++)
+        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
+#endif

@@ -1,0 +1,252 @@
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+#ifndef SPRINGLS__STAGES_EVENTS_H
+#define SPRINGLS__STAGES_EVENTS_H
+
+#include "components.h"
+
+/* ---- where components have met or parted: between springls of two of them that are close to each other ---- */
+
+/* A springl of one of the components in question. */
+typedef struct springls__seam_springl { springls__v3 p; int32_t component; } springls__seam_springl;
+
+typedef struct springls__seam {
+    springls__seam_springl *item;
+    uint64_t *key;          /* cell of an item, and its number; ascending           */
+    int count;
+    float cell;             /* voxels                                               */
+    float nearest;          /* distance of two items of different components        */
+    double sum[3], pairs;   /* of the middles of those that are not much further    */
+} springls__seam;
+
+enum { SPRINGLS__SEAM_BITS = 31, SPRINGLS__SEAM_CELLS = 2056 }; /* bits of the number in a key; cells an axis */
+
+/* Returns the cell that is (dx, dy, dz) from that of p, which is moved into the domain. */
+SPRINGLS__FN uint64_t springls__seam_cell(const springls__seam *seam, springls__v3 p, int dx, int dy, int dz)
+{
+    uint64_t x = (uint64_t)((int)(springls__clamp(p.x, 0.0f, 4096.0f) / seam->cell) + 1 + dx);
+    uint64_t y = (uint64_t)((int)(springls__clamp(p.y, 0.0f, 4096.0f) / seam->cell) + 1 + dy);
+    uint64_t z = (uint64_t)((int)(springls__clamp(p.z, 0.0f, 4096.0f) / seam->cell) + 1 + dz);
+    return (z * SPRINGLS__SEAM_CELLS + y) * SPRINGLS__SEAM_CELLS + x;
+}
+
+/* Returns the first place of `key` with a cell not before `cell`. */
+SPRINGLS__FN int springls__seam_find(const springls__seam *seam, uint64_t cell)
+{
+    int low = 0, high = seam->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (seam->key[middle] >> SPRINGLS__SEAM_BITS < cell) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Takes a pair into account: in the first pass for the least distance, in the second for the mean of the middles. */
+SPRINGLS__FN void springls__seam_pair(springls__seam *seam, springls__v3 a, springls__v3 b, bool second)
+{
+    const float range = 1.0f; /* voxels */
+    float distance = springls__length(springls__sub(a, b));
+    if (!second) {
+        seam->nearest = springls__min(seam->nearest, distance);
+    } else if (distance <= seam->nearest + range) {
+        seam->sum[0] += 0.5 * ((double)a.x + (double)b.x);
+        seam->sum[1] += 0.5 * ((double)a.y + (double)b.y);
+        seam->sum[2] += 0.5 * ((double)a.z + (double)b.z);
+        seam->pairs += 1.0;
+    }
+}
+
+/* Pairs item i with those after it in the 27 cells around it. */
+SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool second)
+{
+    const uint64_t number = ((uint64_t)1 << SPRINGLS__SEAM_BITS) - 1;
+    const springls__seam_springl *a = &seam->item[i];
+    int row, k;
+    for (row = 0; row < 9; row++) {
+        uint64_t first = springls__seam_cell(seam, a->p, -1, row % 3 - 1, row / 3 - 1);
+        for (k = springls__seam_find(seam, first); k < seam->count; k++) {
+            const springls__seam_springl *b = &seam->item[seam->key[k] & number];
+            if (seam->key[k] >> SPRINGLS__SEAM_BITS > first + 2) break;
+            if (b > a && b->component != a->component) springls__seam_pair(seam, a->p, b->p, second);
+        }
+    }
+}
+
+/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
+{
+    const float furthest = 16.0f;
+    int i;
+    for (seam->cell = 2.0f; seam->cell <= furthest; seam->cell *= 2.0f) {
+        for (i = 0; i < seam->count; i++)
+            seam->key[i] = springls__seam_cell(seam, seam->item[i].p, 0, 0, 0) << SPRINGLS__SEAM_BITS | (uint64_t)i;
+        springls__sort_keys(seam->key, (size_t)seam->count);
+        seam->nearest = FLT_MAX;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, false);
+        if (!(seam->nearest + 1.0f <= seam->cell)) continue;
+        seam->sum[0] = seam->sum[1] = seam->sum[2] = seam->pairs = 0.0;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, true);
+        *middle = springls__v3_make((float)(seam->sum[0] / seam->pairs), (float)(seam->sum[1] / seam->pairs),
+                                    (float)(seam->sum[2] / seam->pairs));
+        return true;
+    }
+    return false;
+}
+
+/* ---- the list ---- */
+
+/* Forgets the events so far. */
+SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+
+/* Appends an event without parts. */
+SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data + ctx->event_count++;
+    memset(event, 0, sizeof *event);
+    event->kind = kind;
+    event->cavity = cavity;
+    event->step = ctx->stats.steps;
+    event->time = ctx->time;
+    return event;
+}
+
+/* Appends a part to the last event. */
+SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls_component *part)
+{
+    memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
+}
+
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    springls_component part;
+    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__add_event_part(ctx, &part);
+}
+
+/* Returns how many links a component before has, or one of now. */
+SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
+{
+    int i, n = 0;
+    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
+    return n;
+}
+
+/* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
+SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_event *event)
+{
+    int parts = event->before_count + event->after_count, i, c;
+    const springls_component *part = (const springls_component *)ctx->event_part_memory.data + ctx->event_part_count - parts;
+    for (i = 0; i < parts; i++)
+        for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
+}
+
+/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
+                                                     int32_t now, springls_event *event)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__seam seam;
+    springls__v3 middle;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_springls, set->count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_keys, set->count));
+    seam.item = springls__seam_springls(&ctx->model);
+    seam.key = springls__seam_keys(&ctx->model);
+    seam.count = 0;
+    for (i = 0; i < set->count; i++) {
+        uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
+        int32_t was = springls__find_component(k->before, k->before_count, id);
+        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
+        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        seam.item[seam.count].p = set->s[i].p;
+        seam.item[seam.count++].component = before >= 0 ? is : was;
+    }
+    if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
+    else springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the deaths and splits of a component before. */
+SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+{
+    const springls_component *seen = &k->before[before].seen;
+    int parts = springls__links_of(k, before, -1), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event->before_count = 1;
+    event->after_count = parts;
+    springls__add_event_part(ctx, seen);
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
+    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the births and mergers of a component of now. */
+SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    int parts = springls__links_of(k, -1, now), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event->before_count = parts;
+    event->after_count = 1;
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
+    springls__add_part_now(ctx, k, now);
+    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
+   still. On failure the list stays as it was. */
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+{
+    const int events = ctx->event_count, parts = ctx->event_part_count;
+    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    springls_status status = SPRINGLS_OK;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
+                                        (size_t)events * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+                                        sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
+    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
+    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->event_count = events;
+    ctx->event_part_count = parts;
+    return status;
+}
+
+/* ---- following ---- */
+
+/* Finds the components as they are now, and their ids. */
+SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+{
+    SPRINGLS__TRY(springls__find_kinship(ctx, k));
+    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
+    return springls__component_list_reserve(ctx, k->labels.count);
+}
+
+/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+{
+    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
+    springls__store_components(ctx, k);
+    springls__label_springls(ctx, k);
+    return SPRINGLS_OK;
+}
+
+/* Follows the components without keeping their volumes. */
+SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+{
+    springls__kinship k;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
+    SPRINGLS__TRY(springls__begin_following(ctx, &k));
+    return springls__end_following(ctx, &k);
+}
+
+#endif
