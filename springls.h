@@ -7453,6 +7453,13 @@ SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
     return true;
 }
 
+/* Finds the place of the i-th voxel of a part. */
+SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];
+}
+
 /* Makes a part of one voxel. */
 SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 {
@@ -7467,11 +7474,12 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
 {
     bool inside = springls__phi_of(g, at) < 0.0f;
-    int i, d, to[3];
+    int i, d, from[3], to[3];
     springls__part_begin(part, at);
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
-            springls__step_to(part->at[i], d, to);
+            springls__part_place(part, i, from);
+            springls__step_to(from, d, to);
             if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
@@ -7553,11 +7561,13 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
 SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)
 {
     springls__joint best;
-    int i, d;
+    int i, d, from[3];
     best.at[0] = best.at[1] = best.at[2] = -1;
     best.phi = SPRINGLS__JOIN_PHI;
-    for (i = 0; i < part->count; i++)
-        for (d = 0; d < 36; d++) springls__try_joint(model, part, part->at[i], d / 6, d % 6, &best);
+    for (i = 0; i < part->count; i++) {
+        springls__part_place(part, i, from);
+        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+    }
     return best;
 }
 
@@ -7701,9 +7711,12 @@ SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int
 {
     springls__part part;
     float volume = 0.0f;
-    int i;
+    int i, place[3];
     if (!springls__find_small_part(g, at, most, &part)) return false;
-    for (i = 0; i < part.count; i++) volume += springls__share_of_voxel(g, part.at[i]);
+    for (i = 0; i < part.count; i++) {
+        springls__part_place(&part, i, place);
+        volume += springls__share_of_voxel(g, place);
+    }
     return volume < min_component;
 }
 
@@ -24159,6 +24172,13 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
+    "/* Finds the place of the i-th voxel of a part. */\n",
+    "SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])\n",
+    "{\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];\n",
+    "}\n",
+    "\n",
     "/* Makes a part of one voxel. */\n",
     "SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])\n",
     "{\n",
@@ -24173,11 +24193,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
     "{\n",
     "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
-    "    int i, d, to[3];\n",
+    "    int i, d, from[3], to[3];\n",
     "    springls__part_begin(part, at);\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
-    "            springls__step_to(part->at[i], d, to);\n",
+    "            springls__part_place(part, i, from);\n",
+    "            springls__step_to(from, d, to);\n",
     "            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;\n",
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
@@ -24259,11 +24280,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)\n",
     "{\n",
     "    springls__joint best;\n",
-    "    int i, d;\n",
+    "    int i, d, from[3];\n",
     "    best.at[0] = best.at[1] = best.at[2] = -1;\n",
     "    best.phi = SPRINGLS__JOIN_PHI;\n",
-    "    for (i = 0; i < part->count; i++)\n",
-    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, part->at[i], d / 6, d % 6, &best);\n",
+    "    for (i = 0; i < part->count; i++) {\n",
+    "        springls__part_place(part, i, from);\n",
+    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);\n",
+    "    }\n",
     "    return best;\n",
     "}\n",
     "\n",
@@ -24407,9 +24430,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__part part;\n",
     "    float volume = 0.0f;\n",
-    "    int i;\n",
+    "    int i, place[3];\n",
     "    if (!springls__find_small_part(g, at, most, &part)) return false;\n",
-    "    for (i = 0; i < part.count; i++) volume += springls__share_of_voxel(g, part.at[i]);\n",
+    "    for (i = 0; i < part.count; i++) {\n",
+    "        springls__part_place(&part, i, place);\n",
+    "        volume += springls__share_of_voxel(g, place);\n",
+    "    }\n",
     "    return volume < min_component;\n",
     "}\n",
     "\n",
@@ -24453,7 +24479,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7752 \"springls.h\"\n",
+    "#line 7765 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -24550,7 +24576,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7850 \"springls.h\"\n",
+    "#line 7863 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -24624,7 +24650,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7925 \"springls.h\"\n",
+    "#line 7938 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24858,7 +24884,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8160 \"springls.h\"\n",
+    "#line 8173 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -24883,7 +24909,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8186 \"springls.h\"\n",
+    "#line 8199 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25141,7 +25167,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8445 \"springls.h\"\n",
+    "#line 8458 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25227,7 +25253,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25231 \"springls.h\"\n",
+    "#line 25257 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

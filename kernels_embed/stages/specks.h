@@ -60,6 +60,13 @@ SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
     return true;
 }
 
+/* Finds the place of the i-th voxel of a part. */
+SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];
+}
+
 /* Makes a part of one voxel. */
 SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 {
@@ -74,11 +81,12 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
 {
     bool inside = springls__phi_of(g, at) < 0.0f;
-    int i, d, to[3];
+    int i, d, from[3], to[3];
     springls__part_begin(part, at);
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
-            springls__step_to(part->at[i], d, to);
+            springls__part_place(part, i, from);
+            springls__step_to(from, d, to);
             if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
@@ -160,11 +168,13 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
 SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)
 {
     springls__joint best;
-    int i, d;
+    int i, d, from[3];
     best.at[0] = best.at[1] = best.at[2] = -1;
     best.phi = SPRINGLS__JOIN_PHI;
-    for (i = 0; i < part->count; i++)
-        for (d = 0; d < 36; d++) springls__try_joint(model, part, part->at[i], d / 6, d % 6, &best);
+    for (i = 0; i < part->count; i++) {
+        springls__part_place(part, i, from);
+        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+    }
     return best;
 }
 
@@ -308,9 +318,12 @@ SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int
 {
     springls__part part;
     float volume = 0.0f;
-    int i;
+    int i, place[3];
     if (!springls__find_small_part(g, at, most, &part)) return false;
-    for (i = 0; i < part.count; i++) volume += springls__share_of_voxel(g, part.at[i]);
+    for (i = 0; i < part.count; i++) {
+        springls__part_place(&part, i, place);
+        volume += springls__share_of_voxel(g, place);
+    }
     return volume < min_component;
 }
 
