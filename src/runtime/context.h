@@ -205,6 +205,7 @@ struct springls_context {
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
+    float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */

@@ -21,6 +21,7 @@
 #include "../solver/step.h"
 #include "../input/set_level_set.h"
 #include "../output/isosurface.h"
+#include "../output/measure.h"
 #include "combine.h"
 
 /* ---- offset ---- */
@@ -179,16 +180,70 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
+   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
+   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
-    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
-    springls_params params;
+    float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
+    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
+    return springls__max(span, SPRINGLS__CURVATURE_SPAN);
+}
+
+/* Of springls__smooth: when the area was measured last. */
+typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
+
+/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
+                                                      bool *at_rest)
+{
+    springls_measures measures;
+    *at_rest = false;
+    if (elapsed < 1.5f * rest->measured_at) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_measure(ctx, &measures));
+    *at_rest = measures.area > 0.999 * rest->area;
+    rest->area = measures.area;
+    rest->measured_at = elapsed;
+    return SPRINGLS_OK;
+}
+
+/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
+   only until the model is at rest. */
+SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
+{
     springls_forces forces;
     springls_step_desc step;
+    springls__smooth_rest rest = { DBL_MAX, 4.0f };
+    float left = duration, curvature;
+    bool at_rest = false;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
+    while (left > 0.0f && !at_rest) {
+        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = left / (springls__floor(left / step.dt) + 1.0f);
+        SPRINGLS__TRY(springls_step(ctx, &step));
+        left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
+        if (keep_volume) SPRINGLS__TRY(springls__smooth_at_rest(ctx, &rest, duration - left, &at_rest));
+        if (springls__cancelled(ctx, 1.0f - left / duration))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
+}
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    springls_params params;
     springls_status status;
-    float voxels, duration;
+    float voxels;
     double time;
-    int steps;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
@@ -197,19 +252,15 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
-    steps = (int)(duration / stable) + 1;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.curvature_weight = 1.0f;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = duration / (float)steps;
     if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
-    ctx->model.params.keep_edges = 0;
+    ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
+    ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
-    status = springls_run(ctx, &step, steps);
+    status = springls__smooth(ctx, 0.25f * voxels * voxels, keep_volume); /* dr/dt = -2/r ends at r^2/4 */
+    ctx->curvature_span = 0.0f;
     ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.keep_thin = params.keep_thin;
+    ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
     ctx->time = time;
     return status;

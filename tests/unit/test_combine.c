@@ -359,6 +359,64 @@ TEST smooths(void)
     PASS();
 }
 
+/* A ball of radius R that is smoothed by a length L has the radius sqrt(R^2 - L^2), after few steps. */
+TEST smoothing_has_its_length(float radius, float length, double tolerance)
+{
+    d3 center = d3_make(19.7, 19.8, 20.1);
+    springls_context *a = fixture_sphere(40, NULL, 19.7f, 19.8f, 20.1f, radius);
+    double sum = 0.0;
+    int i;
+    ASSERT_OK(springls_smooth(a, length, false));
+    for (i = 0; i < springls_count(a); i++) sum += d3_distance(d3_of(fixture_particle(a, i)), center);
+    ASSERT_IN_RANGE(sqrt((double)(radius * radius - length * length)), sum / springls_count(a), tolerance);
+    ASSERT_GT(50, springls_get_stats(a).steps);
+    springls_destroy(a);
+    PASS();
+}
+
+/* Two balls apart, with the radii 9 and 3. */
+static void two_balls(void *user, const float *points, int count, float *out)
+{
+    (void)user;
+    for (; count-- > 0; points += 3) {
+        double x = (double)points[0], y = (double)points[1] - 19.6, z = (double)points[2] - 19.3;
+        *out++ = (float)fmin(sqrt((x - 14.2) * (x - 14.2) + y * y + z * z) - 9.0, sqrt((x - 32.1) * (x - 32.1) + y * y + z * z) - 3.0);
+    }
+}
+
+/* What is smaller than the length vanishes, with its springls; what is larger stays. Nothing is left in the end. */
+TEST small_features_vanish(void)
+{
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures m;
+    int i;
+    ASSERT_OK(springls_set_implicit(a, two_balls, NULL));
+    ASSERT_OK(springls_smooth(a, 4.0f, false));
+    ASSERT_OK(springls_measure(a, &m));
+    ASSERT_EQ(1, m.components);
+    for (i = 0; i < springls_count(a); i++) ASSERT_LT(fixture_particle(a, i).x, 24.0f);
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_smooth(a, 10.0f, false));
+    springls_destroy(a);
+    PASS();
+}
+
+/* A long length with the volume kept makes a ball of a box, and takes no more steps than a few hundred. */
+TEST long_lengths_take_few_steps(void)
+{
+    springls_box box = box_at(19.7f, 19.8f, 6.3f);
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures before, after;
+    ASSERT_OK(springls_set_implicit(a, springls_implicit_box, &box));
+    ASSERT_OK(springls_measure(a, &before));
+    ASSERT_OK(springls_smooth(a, 300.0f, true));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_IN_RANGE(before.volume, after.volume, 0.001 * before.volume);
+    ASSERT_IN_RANGE(pow(36.0 * fixture_pi * after.volume * after.volume, 1.0 / 3.0), after.area, 0.004 * after.area);
+    ASSERT_GT(200, springls_get_stats(a).steps);
+    springls_destroy(a);
+    PASS();
+}
+
 /* A cube of 12 triangles becomes a cube of springls about as large as a voxel, with what it carries, and its edges stay. */
 TEST remeshes(void)
 {
@@ -532,6 +590,10 @@ int main(int argc, char **argv)
     RUN_TEST(offsets);
     RUN_TEST(offsets_change_topology);
     RUN_TEST(smooths);
+    RUN_TESTp(smoothing_has_its_length, 16.0f, 12.0f, 0.02);
+    RUN_TESTp(smoothing_has_its_length, 10.0f, 1.5f, 0.002);
+    RUN_TEST(small_features_vanish);
+    RUN_TEST(long_lengths_take_few_steps);
     RUN_TEST(remeshes);
     for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
     RUN_TEST(refusals);
