@@ -505,7 +505,7 @@
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
@@ -580,7 +580,7 @@
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
   #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
-  #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
+  #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
@@ -1027,9 +1027,11 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
                                             const float *particles);
 
-/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
-   follow their parent. NULL: all relax. */
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+/* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
+   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
+   still replace or remove kept springls. */
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
@@ -2769,7 +2771,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
@@ -4880,7 +4882,7 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -4890,10 +4892,10 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
+    if (model->set.mask[i]) return;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
         *action = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i]
-             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
@@ -4913,8 +4915,8 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
-   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
+   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -4925,7 +4927,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.generation[other] < model->set.generation[i]
+        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
@@ -4944,12 +4946,12 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already. */
+/* Makes springl i undecided unless it is removed already, or of the mask. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
@@ -7299,7 +7301,8 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -7307,7 +7310,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7369,24 +7372,28 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+/* Returns true when springl i has grown too large, and is not of the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i]
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
 
 /* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
 }
 
 /* Returns true when springl i is to be split and among the first args.insert.count of those. */
 SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
 {
     return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+        && springls__is_overgrown(model, i);
 }
 
 /* Splits springl i into halves, stored by its number. */
@@ -7410,7 +7417,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     first = springls__split_halves(model)[2u * number];
     second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
@@ -15035,7 +15042,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 /* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
 /* set_springls.h - models from springls themselves, and which of them relax. */
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -18533,7 +18540,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1666 \"springls.h\"\n",
+    "#line 1668 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -18611,7 +18618,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1745 \"springls.h\"\n",
+    "#line 1747 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -18694,7 +18701,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1829 \"springls.h\"\n",
+    "#line 1831 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -18770,7 +18777,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1906 \"springls.h\"\n",
+    "#line 1908 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -18789,7 +18796,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1926 \"springls.h\"\n",
+    "#line 1928 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18804,7 +18811,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1942 \"springls.h\"\n",
+    "#line 1944 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18928,7 +18935,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2066 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18954,7 +18961,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2093 \"springls.h\"\n",
+    "#line 2095 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19105,7 +19112,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2247 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19120,7 +19127,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2260 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19244,14 +19251,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2384 \"springls.h\"\n",
+    "#line 2386 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2392 \"springls.h\"\n",
+    "#line 2394 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19263,7 +19270,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2404 \"springls.h\"\n",
+    "#line 2406 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19278,7 +19285,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2420 \"springls.h\"\n",
+    "#line 2422 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19322,7 +19329,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2464 \"springls.h\"\n",
+    "#line 2466 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19337,7 +19344,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2479 \"springls.h\"\n",
+    "#line 2481 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19381,7 +19388,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2523 \"springls.h\"\n",
+    "#line 2525 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -19460,7 +19467,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2602 \"springls.h\"\n",
+    "#line 2604 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19475,7 +19482,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2618 \"springls.h\"\n",
+    "#line 2620 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19538,7 +19545,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2683 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19553,7 +19560,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19616,7 +19623,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2760 \"springls.h\"\n",
+    "#line 2762 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19629,7 +19636,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
-    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
@@ -19933,7 +19940,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3078 \"springls.h\"\n",
+    "#line 3080 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20374,7 +20381,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3520 \"springls.h\"\n",
+    "#line 3522 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -20383,7 +20390,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3529 \"springls.h\"\n",
+    "#line 3531 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20398,7 +20405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3545 \"springls.h\"\n",
+    "#line 3547 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20411,7 +20418,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3558 \"springls.h\"\n",
+    "#line 3560 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20426,7 +20433,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3573 \"springls.h\"\n",
+    "#line 3575 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20439,7 +20446,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3586 \"springls.h\"\n",
+    "#line 3588 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -20680,7 +20687,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4317 \"springls.h\"\n",
+    "#line 4319 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20856,7 +20863,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4494 \"springls.h\"\n",
+    "#line 4496 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -20882,7 +20889,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4521 \"springls.h\"\n",
+    "#line 4523 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20951,7 +20958,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4591 \"springls.h\"\n",
+    "#line 4593 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -21025,7 +21032,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4666 \"springls.h\"\n",
+    "#line 4668 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -21115,7 +21122,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4757 \"springls.h\"\n",
+    "#line 4759 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -21242,7 +21249,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -21252,10 +21259,10 @@ static const char *const springls__kernel_lines[] = {
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->set.mask[i]) return;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
     "        *action = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i]\n",
-    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
@@ -21275,8 +21282,8 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.\n",
-    "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;\n",
+    "   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -21287,7 +21294,7 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        bool older = model->set.generation[other] < model->set.generation[i]\n",
+    "        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
@@ -21306,14 +21313,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already. */\n",
+    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4956 \"springls.h\"\n",
+    "#line 4958 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -21389,7 +21396,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5033 \"springls.h\"\n",
+    "#line 5035 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21519,7 +21526,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5164 \"springls.h\"\n",
+    "#line 5166 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -21534,7 +21541,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5179 \"springls.h\"\n",
+    "#line 5181 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21549,7 +21556,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5195 \"springls.h\"\n",
+    "#line 5197 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21560,7 +21567,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5206 \"springls.h\"\n",
+    "#line 5208 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21575,7 +21582,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5221 \"springls.h\"\n",
+    "#line 5223 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21586,7 +21593,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5232 \"springls.h\"\n",
+    "#line 5234 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -21689,7 +21696,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5336 \"springls.h\"\n",
+    "#line 5338 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -22168,7 +22175,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5816 \"springls.h\"\n",
+    "#line 5818 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -22268,7 +22275,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5917 \"springls.h\"\n",
+    "#line 5919 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -22398,7 +22405,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6048 \"springls.h\"\n",
+    "#line 6050 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -22587,7 +22594,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6238 \"springls.h\"\n",
+    "#line 6240 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -22697,7 +22704,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6349 \"springls.h\"\n",
+    "#line 6351 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -23076,7 +23083,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6729 \"springls.h\"\n",
+    "#line 6731 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -23227,7 +23234,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6881 \"springls.h\"\n",
+    "#line 6883 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -23257,7 +23264,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6911 \"springls.h\"\n",
+    "#line 6913 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23272,7 +23279,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6927 \"springls.h\"\n",
+    "#line 6929 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23441,7 +23448,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7096 \"springls.h\"\n",
+    "#line 7098 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23456,7 +23463,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7111 \"springls.h\"\n",
+    "#line 7113 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23625,7 +23632,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7280 \"springls.h\"\n",
+    "#line 7282 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -23648,7 +23655,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
     "}\n",
     "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -23656,10 +23664,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7315 \"springls.h\"\n",
+    "#line 7318 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -23717,24 +23725,28 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
+    "/* Returns true when springl i has grown too large, and is not of the mask. */\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
-    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
-    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
+    "    const springls_params *p = &model->params;\n",
+    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
+    "    return !model->set.mask[i]\n",
+    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
+    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
     "}\n",
     "\n",
     "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
     "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
     "{\n",
     "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
-    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "        && springls__is_overgrown(model, i);\n",
     "}\n",
     "\n",
     "/* Splits springl i into halves, stored by its number. */\n",
@@ -23758,7 +23770,7 @@ static const char *const springls__kernel_lines[] = {
     "    first = springls__split_halves(model)[2u * number];\n",
     "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
@@ -23768,7 +23780,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7425 \"springls.h\"\n",
+    "#line 7432 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -23865,7 +23877,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7530 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23939,7 +23951,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7598 \"springls.h\"\n",
+    "#line 7605 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24173,7 +24185,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7833 \"springls.h\"\n",
+    "#line 7840 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -24198,7 +24210,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7859 \"springls.h\"\n",
+    "#line 7866 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -24456,7 +24468,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8118 \"springls.h\"\n",
+    "#line 8125 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -24540,7 +24552,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 24544 \"springls.h\"\n",
+    "#line 24556 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

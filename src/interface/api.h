@@ -308,9 +308,11 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
                                             const float *particles);
 
-/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
-   follow their parent. NULL: all relax. */
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+/* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
+   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
+   still replace or remove kept springls. */
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
