@@ -21,6 +21,7 @@ surface_LIBS      = -lassimp
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
 leveque_USES      = springls
 zalesak_USES      = springls
+soft_body_USES    = springls
 attributes_USES   = springls
 csg_USES          = springls surface
 segment_USES      = springls surface imaging

@@ -42,6 +42,7 @@ test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
 test_segment_USES   = imaging
+test_soft_body_USES = $(soft_body_USES)
 test_track_USES     = $(track4d_USES)
 test_viewer_USES    = $(viewer_USES)
 test_volume_USES    = imaging

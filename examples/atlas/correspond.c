@@ -1,9 +1,8 @@
 /* correspond.c - lays a template's springls on a subject: springl i of the template becomes springl i of the subject.
  *
  * 1. Finds the pose: rotation, translation and scale (surface_register).
- * 2. Moves the springls like a mesh (SPRINGLS_MODE_ADVECT_ONLY). Each is pulled along the subject's signed distance; warp_fit
- *    makes one smooth displacement of these pulls and passes it to the springls as an affine map A(p, a). The correspondence a
- *    is where the springl was on the template, and so selects its displacement (eq. 1, section 4.2).
+ * 2. Moves the springls like a mesh. Each is pulled along the subject's signed distance; warp_fit makes one smooth displacement
+ *    of these pulls, and springls_write puts every springl where that takes its corners from their places on the template.
  * 3. Runs Algorithm 2 with one_to_one and pressure = minus the signed distance: springls and level set come to rest on the
  *    surface, less than a voxel away. Open surfaces have no level set and end with step 2. */
 #include "atlas/atlas.h"
@@ -177,60 +176,9 @@ struct motion {
     const struct target *target;
     const struct similarity *pose;
     const float *landmarks;
-    struct warp before, after;
+    struct warp warp;
     float voxel;
 };
-
-static void multiply(const float a[9], const float b[9], float out[9])
-{
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) {
-            out[3 * r + c] = a[3 * r] * b[c] + a[3 * r + 1] * b[3 + c] + a[3 * r + 2] * b[6 + c];
-        }
-    }
-}
-
-/* Inverts a 3x3 matrix; returns false if it is singular. */
-static bool invert(const float m[9], float out[9])
-{
-    float *r = out;
-    vec3_cross(m + 3, m + 6, r);
-    const float det = vec3_dot(m, r);
-    float cofactor[9];
-    memcpy(cofactor, r, 3 * sizeof *r);
-    vec3_cross(m + 6, m, cofactor + 3);
-    vec3_cross(m, m + 3, cofactor + 6);
-    for (int i = 0; i < 9; ++i) {
-        out[i] = cofactor[3 * (i % 3) + i / 3] / det;
-    }
-    return fabsf(det) > 1e-6f;
-}
-
-/* Moves a springl with correspondence a from before(a) to after(a), and its triangle by the derivatives: x moves by (M - 1) x
- * + after(a) - M p with M = after' before'^-1. */
-static void displace(void *user, const float *points, const float *correspondences, int count, float time, float *out)
-{
-    const struct motion *f = user;
-    (void)time;
-    for (int i = 0; i < count; ++i, points += 3, correspondences += 3, out += 12) {
-        float origin[3], from[3], to[3], voxel[3], old[9], inverse[9], new[9], m[9];
-        springls_to_world(f->ctx, correspondences, 1, origin);
-        warp_apply(&f->before, origin, from, old);
-        warp_apply(&f->after, origin, to, new);
-        springls_to_voxel(f->ctx, to, 1, voxel);
-        if (invert(old, inverse)) {
-            multiply(new, inverse, m);
-        } else {
-            memcpy(m, (const float[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, sizeof m);
-        }
-        for (int r = 0; r < 3; ++r) {
-            for (int c = 0; c < 3; ++c) {
-                out[4 * r + c] = m[3 * r + c] - (r == c ? 1.0f : 0.0f);
-            }
-            out[4 * r + 3] = voxel[r] - vec3_dot(m + 3 * r, points);
-        }
-    }
-}
 
 /* Pushes towards the subject's surface, at most one voxel in a unit of time. */
 static void press(void *user, const float *points, const float *normals, int count, float time, float *out)
@@ -264,21 +212,46 @@ static void look_at_centers(const struct atlas_template *template, float *now, f
     }
 }
 
+/* Copies the corners of all springls, 9 floats each in mm. */
+static float *copy_corners(const springls_context *ctx)
+{
+    const springls_view vertices = springls_view_vertices(ctx);
+    float *corners = malloc(9 * (size_t)vertices.count * sizeof *corners);
+    for (int i = 0; corners && i < vertices.count; ++i) {
+        springls_to_world(ctx, item(vertices, i), 3, corners + 9 * (size_t)i);
+    }
+    return corners;
+}
+
+/* Puts every springl where the displacement takes it from its corners on the template. moved: room for as many. */
+static bool put_springls(springls_context *ctx, const struct warp *warp, const float *corners, float *moved)
+{
+    const int count = springls_count(ctx);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int c = 0; c < 3 * count; ++c) {
+        warp_apply(warp, corners + 3 * (size_t)c, moved + 3 * (size_t)c, NULL);
+        springls_to_voxel(ctx, moved + 3 * (size_t)c, 1, moved + 3 * (size_t)c);
+    }
+    return atlas_check(ctx, springls_write(ctx, 0, count, moved, NULL), "displacement");
+}
+
 static bool move_like_a_mesh(struct atlas_template *template, struct motion *motion)
 {
-    const springls_forces push = {.affine = displace, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
-    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_ADVECT_ONLY, .dt = 1.0f, .one_to_one = true};
     const size_t count = 3 * (size_t)template->center_count;
-    float *now = malloc(2 * count * sizeof *now);
-    bool good = now || atlas_no_memory();
+    float *now = malloc(2 * count * sizeof *now), *corners = copy_corners(template->ctx);
+    float *moved = malloc(9 * (size_t)springls_count(template->ctx) * sizeof *moved);
+    bool good = (now && corners && moved) || atlas_no_memory();
     for (int s = 0; good && s < WARP_STEPS; ++s) {
         look_at_centers(template, now, now + count);
-        good = ((warp_copy(&motion->after, &motion->before)
-                 && warp_fit(&motion->after, motion->target, motion->pose, now, now + count, motion->landmarks))
+        good = (warp_fit(&motion->warp, motion->target, motion->pose, now, now + count, motion->landmarks)
                 || atlas_fail("the displacement's equations cannot be solved"))
-            && atlas_check(template->ctx, springls_step(template->ctx, &step), "displacement");
+            && put_springls(template->ctx, &motion->warp, corners, moved);
     }
     free(now);
+    free(corners);
+    free(moved);
     return good;
 }
 
@@ -367,15 +340,14 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     if (!surface_register(&subject->target, &source, orientation, subject->landmarks, &subject->pose, &subject->cost)) {
         return atlas_fail("%s: cannot be laid on the template", subject->name);
     }
-    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.before)
-             && warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.after);
-    good = (good || atlas_no_memory()) && set_template(template) && move_like_a_mesh(template, &motion)
+    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.warp)
+             || atlas_no_memory();
+    good = good && set_template(template) && move_like_a_mesh(template, &motion)
         && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape);
     if (good) {
         measure(template, subject);
         similarity_apply_all(&subject->pose, subject->shape, vertices, subject->shape);
     }
-    warp_free(&motion.before);
-    warp_free(&motion.after);
+    warp_free(&motion.warp);
     return good;
 }
