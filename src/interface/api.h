@@ -525,7 +525,9 @@ SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 /* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
+/* Writes surfels (section 6), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. The normal is that of
+   phi at the particle; where phi has no gradient, as between the sides of a thin sheet or beyond the narrow band, that of the
+   triangle. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
