@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 #define SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 
+#include "../model/confidence.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "track.h"
@@ -38,11 +39,11 @@ SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 }
 
 /* Half of a springl that is split. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
 
-/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
    correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
 {
     springls__half child;
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
@@ -50,7 +51,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     int m;
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
-    child.pad = 0.0f;
+    child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
     fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
@@ -58,6 +59,14 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     child.s.p = fit.point;
     child.s = springls__springl_finished(child.s);
     child.a = springls__project_on_original(model, fit.a);
+    return child;
+}
+
+/* Makes a child of half of springl i's triangle, and estimates its error. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child = springls__place_child(model, i, second);
+    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
     return child;
 }
 
@@ -110,6 +119,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
+    model->set.error[i] = first.error;
+    model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
 

@@ -25,6 +25,7 @@
 #include "../model/winding_number.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
+#include "../stages/project.h"
 #include "../stages/rebuild.h"
 #include "set_level_set.h"
 #include "split_input.h"
@@ -161,6 +162,50 @@ SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const 
         m->corner[3 * m->count + 2] = c;
         m->triangle[m->count++] = j;
     }
+}
+
+/* Returns 1 for three corners in ascending order, turned round cyclically or not, and -1 for the reverse. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3]) { return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1; }
+
+/* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
+{
+    const int *c = m->corner + 3 * t;
+    const int low = springls__imin(springls__imin(c[0], c[1]), c[2]), high = springls__imax(springls__imax(c[0], c[1]), c[2]);
+    const size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3((uint32_t)low, (uint32_t)high, (uint32_t)c[0] ^ (uint32_t)c[1] ^ (uint32_t)c[2]) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        const int *d = m->corner + 3 * m->table[slot];
+        if (springls__imin(springls__imin(d[0], d[1]), d[2]) == low && springls__imax(springls__imax(d[0], d[1]), d[2]) == high
+            && (d[0] ^ d[1] ^ d[2]) == (c[0] ^ c[1] ^ c[2])) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = t;
+    return m->table[slot];
+}
+
+/* Leaves one of the listed triangles that lie on each other corner by corner: the first that faces as most do; of as many either
+   way one each, a sheet with two sides. So no place is more crowded than the surface makes it. Overwrites m->edge and m->queue. */
+SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
+{
+    enum { FORWARD = 1, BACKWARD = 2 };
+    int *facing = m->edge, t, k, n = 0;
+    size_t slot;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (t = 0; t < m->count; t++) {
+        facing[t] = 0;
+        m->queue[t] = springls__mesh_first_alike(m, t);
+        facing[m->queue[t]] += springls__mesh_corner_order(m->corner + 3 * t);
+    }
+    for (t = 0; t < m->count; t++)
+        if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
+    for (t = 0; t < m->count; t++) {
+        int one = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & one)) continue;
+        facing[m->queue[t]] &= ~one;
+        for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
+        m->triangle[n++] = m->triangle[t];
+    }
+    m->count = n;
 }
 
 /* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
@@ -331,10 +376,10 @@ SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls
 {
     if (!r->closed)
         springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
-                      "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
+                      "winding number exceeds one half; %d triangles dropped%s", r->boundary_edges,
                       r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, repaired ? ", orientation repaired" : "");
     else if (r->flipped || r->triangles_dropped)
-        springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
+        springls__log(ctx, 2, "mesh%s, %d triangles dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
 }
 
@@ -436,6 +481,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -506,6 +552,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
     springls__mesh_list_triangles(m, triangles, triangle_count);
     SPRINGLS__TRY(springls__mesh_check_bounds(ctx, lower, upper, &beyond));
+    springls__mesh_drop_repeated(m);
     springls__mesh_edges(m);
     springls__mesh_report_topology(m, report);
     unbalanced = springls__mesh_face_outwards(m, positions, stride, report);

@@ -4,7 +4,7 @@
  *   GRID=64 make bench      another grid than 128^3
  *   FULL=1 make bench       LeVeque's test on 512^3 as well: minutes
  *   CC=clang make bench     the compiler of the compile-time rows
- *   ONLY=opencl, ONLY=frames   that table alone
+ *   ONLY=opencl, ONLY=frames, ONLY=queries   that table alone
  *
  * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
 #define _POSIX_C_SOURCE 200809L
@@ -328,6 +328,33 @@ static void frames(struct bench *bench)
     }
 }
 
+/* ---- queries ---- */
+
+/* Rays and closest points of the watertight surface beside those of the springls, whose hierarchy is built after every step. */
+static void queries(struct bench *bench, int grid)
+{
+    static const char *const names[][3] = {{"the first ray after a step", "first_ms", "%.2f ms"},
+                                           {"each further ray", "ray.ns", "%.0f ns"},
+                                           {"of the rays aimed inside, hit", "ray.found_percent", "%.1f %%"},
+                                           {"a closest point, from 2 voxels at most", "near_point.ns", "%.0f ns"},
+                                           {"a closest point, from anywhere", "far_point.ns", "%.0f ns"}};
+    static struct table table;
+    struct run *run = new_run(bench, "queries", grid);
+    run_command(run, "build/bench/queries %d", grid);
+    execute(run);
+    table_begin(&table);
+    table_row(&table, "queries, %d^3, %s springls|watertight|springls alone", grid, run_cell(run, "%.0f", "springls"));
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        char watertight[48], soup[48];
+        snprintf(watertight, sizeof watertight, "watertight.%s", names[i][1]);
+        snprintf(soup, sizeof soup, "soup.%s", names[i][1]);
+        table_row(&table, "%s|%s|%s", names[i][0], run_cell(run, names[i][2], watertight), run_cell(run, names[i][2], soup));
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
 /* ---- OpenCL ---- */
 
 /* The same run by scalar code on two threads and by OpenCL, stage by stage. Kernels are compiled by a short run before. */
@@ -401,6 +428,11 @@ int main(void)
         runs_free(bench.runs, bench.run_count);
         return 0;
     }
+    if (getenv("ONLY") && strcmp(getenv("ONLY"), "queries") == 0) {
+        queries(&bench, bench.grid);
+        runs_free(bench.runs, bench.run_count);
+        return 0;
+    }
     compile_times(&bench);
     memory(&bench);
     const int leveque = bench.run_count;
@@ -410,6 +442,7 @@ int main(void)
     threads(&bench, &bench.runs[leveque + 1]);
     printf("\n");
     frames(&bench);
+    queries(&bench, bench.grid);
     opencl(&bench, bench.grid);
     opencl(&bench, 2 * bench.grid);
     default_problems(&bench, getenv("FULL") && getenv("FULL")[0] == '1');

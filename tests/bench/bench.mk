@@ -15,6 +15,7 @@ bench_ablation_USES     = springls surface
 bench_motions_USES      = springls surface
 bench_frames_USES       = springls
 bench_memory_USES       = springls
+bench_queries_USES      = springls
 bench_turns_USES        = springls
 bench_prepare_USES      = imaging
 bench_vtk_to_nifti_USES = imaging
@@ -37,16 +38,16 @@ define bench_file_rule
 build/bench/$(1): tests/bench/$(1).c $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
 	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -MMD -MP -MF $$@.d -o $$@ $$(filter %.c %.a,$$^) $(call folder_libs,$(bench_$(1)_USES))
 endef
-$(foreach p,frames memory turns prepare vtk_to_nifti,$(eval $(call bench_file_rule,$(p))))
+$(foreach p,frames memory queries turns prepare vtk_to_nifti,$(eval $(call bench_file_rule,$(p))))
 
 build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
-BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames openvdb_advection)
+BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames (GRID=128; ONLY=opencl, ONLY=frames)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 

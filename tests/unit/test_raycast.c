@@ -251,7 +251,7 @@ TEST hits_are_whole(void)
             springls_to_world(j.ctx, &q.x, 1, corner + 3 * m);
             on = springls__mad(on, springls__load3(corner + 3 * m), h->barycentric[m]);
         }
-        ASSERT_LT(springls__length(springls__sub(on, x)), 0.5f);
+        ASSERT_LT(springls__length(springls__sub(on, x)), 0.9f); /* the longest step between voxels */
         ASSERT(h->material_triangle >= 0);
         if (i % 20) continue;
         for (k = 0; k < 3; k++) world[k] = h->point[k];
