@@ -17,6 +17,7 @@
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
+#include "../stages/specks.h"
 #include "../stages/topology.h"
 #include "../stages/track.h"
 #include "../stages/unsigned_distance.h"
@@ -74,6 +75,8 @@
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \

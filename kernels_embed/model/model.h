@@ -186,6 +186,7 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 

@@ -102,7 +102,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */

@@ -116,9 +116,8 @@
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
                                                    springls around it came from. Where no springl is near and the surface may
-                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
-                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
-                                                   it. After a motion of more than band_half_width + 1 voxels phi is recomputed
+                                                   have passed, the neighbouring voxels decide the side.
+                                                   After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
@@ -131,9 +130,15 @@
                                                    bodies have met
      resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
      keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
-                                                   behind it, or neighbours are beside it
-     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
-                                                   drops of that size may vanish
+                                                   behind it, or neighbours are beside it; and both sides of a gap
+                              relax                springls that face each other across a gap do not pull each other
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
+                                                   between the sides of a gap; filaments and drops of that size may vanish
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -143,7 +148,10 @@
                               fill_gaps            the same
 
    keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
-   a sheet the zero level may be islands: there the springls are the surface.
+   a sheet the zero level may be islands: there the springls are the surface. They keep gaps between bodies, or between two
+   parts of one, alike: while the gap is thinner than a voxel phi may be one component, but the springls of both sides stay,
+   and drawn apart the bodies are what they were. Bodies whose surfaces have passed through each other by more than a tenth
+   of a voxel have met, and merge.
 
 
    PARAMETERS
@@ -189,6 +197,7 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
+                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4

@@ -49,6 +49,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.nucleate = 0;
     p.fill_from_springls = 0;
     p.keep_edges = 0;
+    p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -85,6 +86,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.min_component = 1.0f;
     p.split_input = 1;
     p.initial_stride = 1;
     return p;
@@ -139,6 +141,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
+    SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);

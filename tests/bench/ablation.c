@@ -65,6 +65,7 @@ static const struct improvement improvements[] = {
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
     {"sharp edges stay (a ball has none)", {P(keep_edges)}},
+    {"specks are joined or go", {P(min_component)}},
     {"large triangles of a mesh are divided (a ball has none)", {P(split_input)}},
     {"vertices have their own velocity", {P(vertex_velocity)}},
     {"steps of two voxels", {SETTING(max_displacement)}},
