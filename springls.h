@@ -49,6 +49,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
@@ -236,9 +237,8 @@
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
                                                    springls around it came from. Where no springl is near and the surface may
-                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
-                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
-                                                   it. After a motion of more than band_half_width + 1 voxels phi is recomputed
+                                                   have passed, the neighbouring voxels decide the side.
+                                                   After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
@@ -251,9 +251,15 @@
                                                    bodies have met
      resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
      keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
-                                                   behind it, or neighbours are beside it
-     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
-                                                   drops of that size may vanish
+                                                   behind it, or neighbours are beside it; and both sides of a gap
+                              relax                springls that face each other across a gap do not pull each other
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
+                                                   between the sides of a gap; filaments and drops of that size may vanish
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -263,7 +269,10 @@
                               fill_gaps            the same
 
    keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
-   a sheet the zero level may be islands: there the springls are the surface.
+   a sheet the zero level may be islands: there the springls are the surface. They keep gaps between bodies, or between two
+   parts of one, alike: while the gap is thinner than a voxel phi may be one component, but the springls of both sides stay,
+   and drawn apart the bodies are what they were. Bodies whose surfaces have passed through each other by more than a tenth
+   of a voxel have met, and merge.
 
    PARAMETERS
 
@@ -308,6 +317,7 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
+                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
@@ -862,6 +872,7 @@ typedef struct springls_params {
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
+    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -1839,6 +1850,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -2989,6 +3001,7 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
@@ -5233,7 +5246,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -6849,8 +6862,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
-   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
+   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6937,44 +6950,6 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
                                        args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
-    }
-}
-
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
-   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
-   tile. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vec_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
-                                              SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    int row, x, o[3];
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
-        for (x = 0; x < 8; x++) {
-            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
-            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
-        }
     }
 }
 
@@ -7687,6 +7662,371 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
+/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
+   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+
+/* ---- parts ---- */
+
+/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
+SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+{
+    to[0] = at[0] + (d == 1) - (d == 0);
+    to[1] = at[1] + (d == 3) - (d == 2);
+    to[2] = at[2] + (d == 5) - (d == 4);
+}
+
+SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
+{
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */
+
+/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */
+typedef struct springls__part {
+    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];
+    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */
+} springls__part;
+
+/* Finds where the bit of a voxel is; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)
+{
+    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];
+    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;
+    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);
+    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));
+    return true;
+}
+
+SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int word;
+    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;
+}
+
+/* Adds a voxel, unless the part has it; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int axis, word;
+    if (!springls__part_bit(part, at, &word, &bit)) return false;
+    if (part->found[word] & bit) return true;
+    part->found[word] |= bit;
+    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];
+    part->count++;
+    return true;
+}
+
+/* Finds the place of the i-th voxel of a part. */
+SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];
+}
+
+/* Makes a part of one voxel. */
+SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;
+    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;
+    part->count = 0;
+    springls__part_add(part, at);
+}
+
+/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    bool inside = springls__phi_of(g, at) < 0.0f;
+    int i, d, from[3], to[3];
+    springls__part_begin(part, at);
+    for (i = 0; i < part->count; i++)
+        for (d = 0; d < 6; d++) {
+            springls__part_place(part, i, from);
+            springls__step_to(from, d, to);
+            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
+            if (!springls__part_add(part, to) || part->count > largest) return false;
+        }
+    return true;
+}
+
+/* ---- joining ---- */
+
+#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
+
+/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
+SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
+{
+    const float radius = 1.6f, same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    bool behind = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        bool here;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
+        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
+        best = springls__min(best, d2);
+    }
+    return behind;
+}
+
+/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
+   voxel of the square is. */
+SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+{
+    springls__vec c = springls__vec_load(phi);
+    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
+         & (springls__vec_load(phi + d2) < 0.0f) & (springls__vec_load(phi + d1 + d2) >= 0.0f);
+}
+
+/* A voxel outside that may join a part to an inside voxel beyond it; phi: of it. */
+typedef struct springls__joint { int at[3]; float phi; } springls__joint;
+
+/* Returns true when joint a is to be preferred to b: it is nearer to the surface; equal ones have the order of their places. */
+SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b)
+{
+    if (a.phi != b.phi) return a.phi < b.phi;
+    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];
+    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
+}
+
+/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
+   in direction d2, when a limb passes between, by the springls. */
+SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
+                                         int d2, springls__joint *best)
+{
+    const springls__grid *g = &model->grid;
+    springls__joint joint, other;
+    int to[3];
+    if (d1 >> 1 == d2 >> 1) return;
+    springls__step_to(from, d1, joint.at);
+    springls__step_to(from, d2, other.at);
+    joint.phi = springls__phi_of(g, joint.at);
+    other.phi = springls__phi_of(g, other.at);
+    if (joint.phi < 0.0f || other.phi < 0.0f) return;
+    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
+    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
+    springls__step_to(joint.at, d2, to);
+    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
+    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                           0.5f * (float)(from[2] + to[2]))))
+        *best = joint;
+}
+
+/* Returns the best joint of a part; its phi is JOIN_PHI when there is none. */
+SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)
+{
+    springls__joint best;
+    int i, d, from[3];
+    best.at[0] = best.at[1] = best.at[2] = -1;
+    best.phi = SPRINGLS__JOIN_PHI;
+    for (i = 0; i < part->count; i++) {
+        springls__part_place(part, i, from);
+        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+    }
+    return best;
+}
+
+/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
+   another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+{
+    int d2, to[3], other[3];
+    for (d2 = 0; d2 < 6; d2++) {
+        if (d1 >> 1 == d2 >> 1) continue;
+        springls__step_to(at, d2, to);
+        springls__step_to(from, d2, other);
+        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
+   have the same order of joints, no tunnel comes about. */
+SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+{
+    springls__part part;
+    int d, from[3];
+    for (d = 0; d < 6; d++) {
+        springls__joint best;
+        springls__step_to(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
+        best = springls__best_joint(model, &part);
+        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
+    }
+    return false;
+}
+
+/* Returns whether some of eight voxels may join others; phi points into a tile. */
+SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+{
+    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
+                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
+                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
+                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
+                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
+                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        if (springls__vec_any(m)) return true;
+    }
+    return false;
+}
+
+/* Finds whether active brick i has voxels that may join others. */
+SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    int row;
+    (void)args;
+    if (model->group.item == 0) *may_join = 0;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+}
+
+/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
+SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *tile)
+{
+    const float inside = -0.05f; /* voxel: phi of a joint */
+    const springls__grid *g = &model->grid;
+    bool some = springls__has_joints(model)[i] != 0;
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        bool here = some && springls__may_join(phi);
+        for (x = 0; x < 8; x++) {
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+        }
+    }
+}
+
+/* ---- removal ---- */
+
+/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)
+{
+    springls__vec one = springls__vec_broadcast(1.0f), none = springls__vec_broadcast(0.0f);
+    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
+}
+
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
+   points into a tile. */
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vmask inside = v.c < 0.0f;
+        springls__vec n = springls__same_side(v.xm, inside) + springls__same_side(v.xp, inside)
+                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
+                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
+        springls__vec_store(beside + i, n);
+        some = some || springls__vec_any(n <= few);
+    }
+    return some;
+}
+
+/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
+   which no neighbour is of the part. */
+SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), volume = 1.0f;
+    int axis, side, open = 0, to[3];
+    for (axis = 0; axis < 3; axis++) {
+        float width = 0.0f;
+        int beyond = 0;
+        for (side = 0; side < 2; side++) {
+            float other;
+            springls__step_to(at, 2 * axis + side, to);
+            other = springls__phi_of(g, to);
+            beyond += (phi < 0.0f) != (other < 0.0f);
+            width += (phi < 0.0f) == (other < 0.0f)
+                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
+        }
+        volume *= width;
+        open += beyond == 2;
+    }
+    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;
+}
+
+/* Returns true when a voxel is of a part of less than min_component. */
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+{
+    springls__part part;
+    float volume = 0.0f;
+    int i, place[3];
+    if (!springls__find_small_part(g, at, most, &part)) return false;
+    for (i = 0; i < part.count; i++) {
+        springls__part_place(&part, i, place);
+        volume += springls__share_of_voxel(g, place);
+    }
+    return volume < min_component;
+}
+
+/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), best = 0.5f;
+    int d, to[3];
+    for (d = 0; d < 6; d++) {
+        float other;
+        springls__step_to(at, d, to);
+        other = springls__phi_of(g, to);
+        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
+    }
+    return phi < 0.0f ? best : -springls__max(best, 1e-6f);
+}
+
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    const float least = model->params.min_component;
+    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        float beside[8], few = (float)(most - 1);
+        bool some = springls__count_beside(phi, few, beside);
+        for (x = 0; x < 8; x++) {
+            out[x] = phi[x];
+            if (!some || beside[x] > few) continue;
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+        }
+    }
 }
 
 /* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
@@ -8437,6 +8777,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
@@ -11687,9 +12029,41 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
+{
+    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
+}
+
+/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
+   other may join the rest. */
+SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int rounds = 2;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    for (; rounds > 0; rounds--) {
+        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    springls__join_parts(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+    springls__swap_phi(ctx);
+    return SPRINGLS_OK;
+}
+
 enum {
     SPRINGLS__PROJECT_PHI,
     SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_JOINED,
     SPRINGLS__PROJECT_NO_SPECKS,
     SPRINGLS__PROJECT_SWEEP,
     SPRINGLS__PROJECT_SWEPT
@@ -11717,8 +12091,12 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
-            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
+    case SPRINGLS__PROJECT_JOINED:
+        springls__join_parts(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:
@@ -13504,6 +13882,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.nucleate = 0;
     p.fill_from_springls = 0;
     p.keep_edges = 0;
+    p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -13540,6 +13919,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.min_component = 1.0f;
     p.split_input = 1;
     p.initial_stride = 1;
     return p;
@@ -13594,6 +13974,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
+    SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
@@ -15173,6 +15554,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -18841,7 +19223,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 789 \"springls.h\"\n",
+    "#line 799 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -18918,6 +19300,7 @@ static const char *const springls__kernel_lines[] = {
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
+    "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
     "    springls_topology topology;\n",
     "\n",
     "    /* track: section 4.7 */\n",
@@ -18941,7 +19324,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1722 \"springls.h\"\n",
+    "#line 1733 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19019,7 +19402,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1801 \"springls.h\"\n",
+    "#line 1812 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19061,6 +19444,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -19102,7 +19486,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1885 \"springls.h\"\n",
+    "#line 1897 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19178,7 +19562,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1962 \"springls.h\"\n",
+    "#line 1974 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19197,7 +19581,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1982 \"springls.h\"\n",
+    "#line 1994 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19212,7 +19596,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1998 \"springls.h\"\n",
+    "#line 2010 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19336,7 +19720,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2122 \"springls.h\"\n",
+    "#line 2134 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -19362,7 +19746,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2149 \"springls.h\"\n",
+    "#line 2161 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19513,7 +19897,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2301 \"springls.h\"\n",
+    "#line 2313 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19528,7 +19912,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2316 \"springls.h\"\n",
+    "#line 2328 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19652,14 +20036,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2440 \"springls.h\"\n",
+    "#line 2452 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2448 \"springls.h\"\n",
+    "#line 2460 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19671,7 +20055,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2460 \"springls.h\"\n",
+    "#line 2472 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19686,7 +20070,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2476 \"springls.h\"\n",
+    "#line 2488 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19730,7 +20114,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2520 \"springls.h\"\n",
+    "#line 2532 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19745,7 +20129,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2547 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19789,7 +20173,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2579 \"springls.h\"\n",
+    "#line 2591 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -19868,7 +20252,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2658 \"springls.h\"\n",
+    "#line 2670 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19883,7 +20267,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2674 \"springls.h\"\n",
+    "#line 2686 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19946,7 +20330,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2737 \"springls.h\"\n",
+    "#line 2749 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19961,7 +20345,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2752 \"springls.h\"\n",
+    "#line 2764 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20024,7 +20408,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2816 \"springls.h\"\n",
+    "#line 2828 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20201,6 +20585,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
+    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
     "\n",
@@ -20342,7 +20727,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3135 \"springls.h\"\n",
+    "#line 3148 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20783,7 +21168,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3577 \"springls.h\"\n",
+    "#line 3590 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20959,7 +21344,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3754 \"springls.h\"\n",
+    "#line 3767 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21130,7 +21515,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3926 \"springls.h\"\n",
+    "#line 3939 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -21263,7 +21648,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4060 \"springls.h\"\n",
+    "#line 4073 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -21272,7 +21657,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4069 \"springls.h\"\n",
+    "#line 4082 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21287,7 +21672,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4085 \"springls.h\"\n",
+    "#line 4098 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21300,7 +21685,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4098 \"springls.h\"\n",
+    "#line 4111 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21315,7 +21700,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4113 \"springls.h\"\n",
+    "#line 4126 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21328,7 +21713,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4126 \"springls.h\"\n",
+    "#line 4139 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -21588,7 +21973,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4876 \"springls.h\"\n",
+    "#line 4889 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -21614,7 +21999,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4903 \"springls.h\"\n",
+    "#line 4916 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -21683,7 +22068,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4973 \"springls.h\"\n",
+    "#line 4986 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -21757,7 +22142,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5048 \"springls.h\"\n",
+    "#line 5061 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -21847,7 +22232,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5139 \"springls.h\"\n",
+    "#line 5152 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -21945,7 +22330,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -22045,7 +22430,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5338 \"springls.h\"\n",
+    "#line 5351 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -22121,7 +22506,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5415 \"springls.h\"\n",
+    "#line 5428 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -22136,7 +22521,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5430 \"springls.h\"\n",
+    "#line 5443 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22151,7 +22536,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5446 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22162,7 +22547,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5457 \"springls.h\"\n",
+    "#line 5470 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22177,7 +22562,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5472 \"springls.h\"\n",
+    "#line 5485 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22188,7 +22573,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5483 \"springls.h\"\n",
+    "#line 5496 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -22291,7 +22676,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5587 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -22770,7 +23155,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6067 \"springls.h\"\n",
+    "#line 6080 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -22870,7 +23255,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6168 \"springls.h\"\n",
+    "#line 6181 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23001,7 +23386,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6300 \"springls.h\"\n",
+    "#line 6313 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -23190,7 +23575,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6490 \"springls.h\"\n",
+    "#line 6503 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -23301,7 +23686,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6602 \"springls.h\"\n",
+    "#line 6615 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -23552,8 +23937,8 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
-    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost\n",
+    "   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -23642,45 +24027,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "\n",
-    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb\n",
-    "   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a\n",
-    "   tile. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);\n",
-    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
-    "        some = some || springls__vec_any(bubble | crumb);\n",
-    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                              SPRINGLS__LOCAL float *tile)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int row, x, o[3];\n",
-    "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;\n",
-    "        for (x = 0; x < 8; x++) {\n",
-    "            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));\n",
-    "            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
-    "            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "#line 6982 \"springls.h\"\n",
+    "#line 6957 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -23831,7 +24178,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7134 \"springls.h\"\n",
+    "#line 7109 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -23861,7 +24208,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7164 \"springls.h\"\n",
+    "#line 7139 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23876,7 +24223,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7180 \"springls.h\"\n",
+    "#line 7155 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24045,7 +24392,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7349 \"springls.h\"\n",
+    "#line 7324 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24060,7 +24407,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7364 \"springls.h\"\n",
+    "#line 7339 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24229,7 +24576,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7533 \"springls.h\"\n",
+    "#line 7508 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24264,7 +24611,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7569 \"springls.h\"\n",
+    "#line 7544 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -24387,7 +24734,371 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7693 \"springls.h\"\n",
+    "#line 7668 \"springls.h\"\n",
+    "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
+    "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
+    "\n",
+    "/* ---- parts ---- */\n",
+    "\n",
+    "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
+    "SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])\n",
+    "{\n",
+    "    to[0] = at[0] + (d == 1) - (d == 0);\n",
+    "    to[1] = at[1] + (d == 3) - (d == 2);\n",
+    "    to[2] = at[2] + (d == 5) - (d == 4);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */\n",
+    "\n",
+    "/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */\n",
+    "typedef struct springls__part {\n",
+    "    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];\n",
+    "    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */\n",
+    "} springls__part;\n",
+    "\n",
+    "/* Finds where the bit of a voxel is; returns false beyond the window. */\n",
+    "SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)\n",
+    "{\n",
+    "    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];\n",
+    "    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;\n",
+    "    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);\n",
+    "    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])\n",
+    "{\n",
+    "    uint32_t bit;\n",
+    "    int word;\n",
+    "    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Adds a voxel, unless the part has it; returns false beyond the window. */\n",
+    "SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])\n",
+    "{\n",
+    "    uint32_t bit;\n",
+    "    int axis, word;\n",
+    "    if (!springls__part_bit(part, at, &word, &bit)) return false;\n",
+    "    if (part->found[word] & bit) return true;\n",
+    "    part->found[word] |= bit;\n",
+    "    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];\n",
+    "    part->count++;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the place of the i-th voxel of a part. */\n",
+    "SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])\n",
+    "{\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];\n",
+    "}\n",
+    "\n",
+    "/* Makes a part of one voxel. */\n",
+    "SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;\n",
+    "    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;\n",
+    "    part->count = 0;\n",
+    "    springls__part_add(part, at);\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    int i, d, from[3], to[3];\n",
+    "    springls__part_begin(part, at);\n",
+    "    for (i = 0; i < part->count; i++)\n",
+    "        for (d = 0; d < 6; d++) {\n",
+    "            springls__part_place(part, i, from);\n",
+    "            springls__step_to(from, d, to);\n",
+    "            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;\n",
+    "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
+    "        }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* ---- joining ---- */\n",
+    "\n",
+    "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
+    "\n",
+    "/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */\n",
+    "SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)\n",
+    "{\n",
+    "    const float radius = 1.6f, same = 1e-4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    bool behind = false;\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float within = radius + s->bounding_radius, d2;\n",
+    "        springls__tri_plan plan;\n",
+    "        bool here;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 > best + same) continue;\n",
+    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;\n",
+    "        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;\n",
+    "        best = springls__min(best, d2);\n",
+    "    }\n",
+    "    return behind;\n",
+    "}\n",
+    "\n",
+    "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
+    "   voxel of the square is. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
+    "{\n",
+    "    springls__vec c = springls__vec_load(phi);\n",
+    "    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)\n",
+    "         & (springls__vec_load(phi + d2) < 0.0f) & (springls__vec_load(phi + d1 + d2) >= 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* A voxel outside that may join a part to an inside voxel beyond it; phi: of it. */\n",
+    "typedef struct springls__joint { int at[3]; float phi; } springls__joint;\n",
+    "\n",
+    "/* Returns true when joint a is to be preferred to b: it is nearer to the surface; equal ones have the order of their places. */\n",
+    "SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b)\n",
+    "{\n",
+    "    if (a.phi != b.phi) return a.phi < b.phi;\n",
+    "    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];\n",
+    "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
+    "}\n",
+    "\n",
+    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it\n",
+    "   in direction d2, when a limb passes between, by the springls. */\n",
+    "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
+    "                                         int d2, springls__joint *best)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__joint joint, other;\n",
+    "    int to[3];\n",
+    "    if (d1 >> 1 == d2 >> 1) return;\n",
+    "    springls__step_to(from, d1, joint.at);\n",
+    "    springls__step_to(from, d2, other.at);\n",
+    "    joint.phi = springls__phi_of(g, joint.at);\n",
+    "    other.phi = springls__phi_of(g, other.at);\n",
+    "    if (joint.phi < 0.0f || other.phi < 0.0f) return;\n",
+    "    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
+    "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
+    "    springls__step_to(joint.at, d2, to);\n",
+    "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
+    "    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
+    "                                                           0.5f * (float)(from[2] + to[2]))))\n",
+    "        *best = joint;\n",
+    "}\n",
+    "\n",
+    "/* Returns the best joint of a part; its phi is JOIN_PHI when there is none. */\n",
+    "SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)\n",
+    "{\n",
+    "    springls__joint best;\n",
+    "    int i, d, from[3];\n",
+    "    best.at[0] = best.at[1] = best.at[2] = -1;\n",
+    "    best.phi = SPRINGLS__JOIN_PHI;\n",
+    "    for (i = 0; i < part->count; i++) {\n",
+    "        springls__part_place(part, i, from);\n",
+    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and\n",
+    "   another inside voxel, and whose fourth corner is outside. */\n",
+    "SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
+    "{\n",
+    "    int d2, to[3], other[3];\n",
+    "    for (d2 = 0; d2 < 6; d2++) {\n",
+    "        if (d1 >> 1 == d2 >> 1) continue;\n",
+    "        springls__step_to(at, d2, to);\n",
+    "        springls__step_to(from, d2, other);\n",
+    "        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts\n",
+    "   have the same order of joints, no tunnel comes about. */\n",
+    "SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, from[3];\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__joint best;\n",
+    "        springls__step_to(at, d, from);\n",
+    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)\n",
+    "            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;\n",
+    "        best = springls__best_joint(model, &part);\n",
+    "        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether some of eight voxels may join others; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)\n",
+    "{\n",
+    "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)\n",
+    "                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)\n",
+    "                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)\n",
+    "                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)\n",
+    "                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)\n",
+    "                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);\n",
+    "        if (springls__vec_any(m)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i has voxels that may join others. */\n",
+    "SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;\n",
+    "    int row;\n",
+    "    (void)args;\n",
+    "    if (model->group.item == 0) *may_join = 0;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;\n",
+    "}\n",
+    "\n",
+    "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
+    "SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool some = springls__has_joints(model)[i] != 0;\n",
+    "    int row, x, o[3], at[3];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        bool here = some && springls__may_join(phi);\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            at[0] = o[0] + x;\n",
+    "            at[1] = o[1] + (row & 7);\n",
+    "            at[2] = o[2] + (row >> 3);\n",
+    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- removal ---- */\n",
+    "\n",
+    "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)\n",
+    "{\n",
+    "    springls__vec one = springls__vec_broadcast(1.0f), none = springls__vec_broadcast(0.0f);\n",
+    "    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));\n",
+    "}\n",
+    "\n",
+    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi\n",
+    "   points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vmask inside = v.c < 0.0f;\n",
+    "        springls__vec n = springls__same_side(v.xm, inside) + springls__same_side(v.xp, inside)\n",
+    "                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)\n",
+    "                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);\n",
+    "        springls__vec_store(beside + i, n);\n",
+    "        some = some || springls__vec_any(n <= few);\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along\n",
+    "   which no neighbour is of the part. */\n",
+    "SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at), volume = 1.0f;\n",
+    "    int axis, side, open = 0, to[3];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float width = 0.0f;\n",
+    "        int beyond = 0;\n",
+    "        for (side = 0; side < 2; side++) {\n",
+    "            float other;\n",
+    "            springls__step_to(at, 2 * axis + side, to);\n",
+    "            other = springls__phi_of(g, to);\n",
+    "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
+    "            width += (phi < 0.0f) == (other < 0.0f)\n",
+    "                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);\n",
+    "        }\n",
+    "        volume *= width;\n",
+    "        open += beyond == 2;\n",
+    "    }\n",
+    "    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a voxel is of a part of less than min_component. */\n",
+    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    float volume = 0.0f;\n",
+    "    int i, place[3];\n",
+    "    if (!springls__find_small_part(g, at, most, &part)) return false;\n",
+    "    for (i = 0; i < part.count; i++) {\n",
+    "        springls__part_place(&part, i, place);\n",
+    "        volume += springls__share_of_voxel(g, place);\n",
+    "    }\n",
+    "    return volume < min_component;\n",
+    "}\n",
+    "\n",
+    "/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */\n",
+    "SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at), best = 0.5f;\n",
+    "    int d, to[3];\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        float other;\n",
+    "        springls__step_to(at, d, to);\n",
+    "        other = springls__phi_of(g, to);\n",
+    "        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));\n",
+    "    }\n",
+    "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
+    "}\n",
+    "\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float least = model->params.min_component;\n",
+    "    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
+    "    int row, x, o[3], at[3];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        float beside[8], few = (float)(most - 1);\n",
+    "        bool some = springls__count_beside(phi, few, beside);\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            out[x] = phi[x];\n",
+    "            if (!some || beside[x] > few) continue;\n",
+    "            at[0] = o[0] + x;\n",
+    "            at[1] = o[1] + (row & 7);\n",
+    "            at[2] = o[2] + (row >> 3);\n",
+    "            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 8033 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -24484,7 +25195,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7791 \"springls.h\"\n",
+    "#line 8131 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -24558,7 +25269,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7866 \"springls.h\"\n",
+    "#line 8206 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24792,7 +25503,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8101 \"springls.h\"\n",
+    "#line 8441 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -24817,7 +25528,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8127 \"springls.h\"\n",
+    "#line 8467 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25075,7 +25786,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8386 \"springls.h\"\n",
+    "#line 8726 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25130,6 +25841,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
+    "    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \\\n",
+    "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
     "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
@@ -25160,7 +25873,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25164 \"springls.h\"\n",
+    "#line 25877 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
