@@ -140,7 +140,7 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -150,10 +150,10 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
+    if (model->set.mask[i]) return;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
         *action = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i]
-             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
@@ -170,8 +170,8 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
-   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
+   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -182,7 +182,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.generation[other] < model->set.generation[i]
+        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
@@ -201,12 +201,12 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already. */
+/* Makes springl i undecided unless it is removed already, or of the mask. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
 }
 
 #endif

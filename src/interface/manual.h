@@ -441,6 +441,10 @@
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
+     - stop_at_topology holds a springl back where phi falls along a motion with its normal, or grows along one against it.
+       Eq. 24 as printed takes grad phi . n for the direction of the motion: it would hold every springl that moves inward,
+       and none that runs outward into another sheet. Motions of less than 0.05 voxel along the normal, or more along the
+       surface than along the normal, are free.
      - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
      - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
@@ -455,14 +459,14 @@
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
-     section 2.3.2      springls_extract_surfels
+     section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
      section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC

@@ -271,7 +271,7 @@ TEST masked_springls_keep_their_shape(void)
     uint8_t *mask = (uint8_t *)malloc((size_t)count);
     step.one_to_one = true;
     for (i = 0; i < count; i++) mask[i] = (uint8_t)(i % 3 == 0);
-    ASSERT_OK(springls_set_relax_mask(ctx, mask));
+    ASSERT_OK(springls_set_keep_mask(ctx, mask));
     for (i = 0; i < 3; i++) ASSERT_OK(springls_step(ctx, &step));
     for (i = 0; i < count; i++) {
         fixture_springl s = fixture_get(ctx, i);
