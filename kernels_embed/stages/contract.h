@@ -43,6 +43,15 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */
+SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)
+{
+    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;
+    n = springls__normalize(springls__length(area2) > 2e-4f ? area2
+                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
+}
+
 /* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
@@ -154,13 +163,10 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
+    float area = 0.5f * springls__length(springls__tri_area2(t));
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 

@@ -24,7 +24,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.kappa_int = params->kappa_int;
     rule.kappa_ext = params->kappa_ext;
     rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
     rule.step_rotation = params->relax_step_rotation;
     rule.threshold = params->threshold;
     rule.weight = params->weight;

@@ -894,9 +894,10 @@ typedef struct springls_stats {
 /* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
+   coverage: the springls' area over the zero level's. */
 typedef struct springls_measures {
-    double volume, area;
+    double volume, area, coverage;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
