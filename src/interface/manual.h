@@ -427,7 +427,7 @@
      - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
        fallen half a voxel behind, and never catches up.
      - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
-       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+       longest edge of 1.5 voxels, which makes about ten times as many springls as the paper counts.
      - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
        moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
