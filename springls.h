@@ -358,7 +358,7 @@
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
    kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
-   longer ones would round creases off. Springls of the relax mask keep their triangles. After a resampling, and in every
+   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
