@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
 #define SPRINGLS__KERNEL_STAGES_ADVECT_H
 
+#include "../model/confidence.h"
 #include "../model/grid.h"
 #include "../model/model.h"
 
@@ -26,6 +27,17 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
+}
+
+/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares
+   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+{
+    const float half_time = 0.1f, all = 0.04f;
+    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
+    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
+    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
+    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -154,7 +166,10 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
 
-typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
+typedef struct springls__movers {
+    springls__v3 x[SPRINGLS__MOVERS];
+    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */
+} springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
 
@@ -174,6 +189,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
+    slope.error = 0.0f;
     slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
@@ -201,11 +217,13 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
+        k1.error = -1.0f;
         return k1;
     }
     k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
     k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
     k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
+    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
     for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
     return k1;
 }
@@ -233,6 +251,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     float d2;
     int m;
     (void)args;
+    at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
@@ -251,6 +270,7 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     springls__springl s = model->set.s[i];
     int m;
     (void)args;
+    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);

@@ -4,6 +4,7 @@
 
 #include "../model/angular_gaps.h"
 #include "../model/cell_list.h"
+#include "../model/confidence.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"
@@ -136,6 +137,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
+    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
 }
 

@@ -3,6 +3,7 @@
 #define SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
 
 #include "../model/cell_list.h"
+#include "../model/confidence.h"
 #include "../model/fit.h"
 #include "../model/grid.h"
 #include "../model/marching_cubes.h"
@@ -114,6 +115,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
+    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);
     model->set.synced_position[n] = s.p;
 }
 

@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 #define SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 
+#include "../model/confidence.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "track.h"
@@ -38,11 +39,11 @@ SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 }
 
 /* Half of a springl that is split. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
 
-/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
    correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
 {
     springls__half child;
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
@@ -50,7 +51,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     int m;
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
-    child.pad = 0.0f;
+    child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
     fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
@@ -61,24 +62,36 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+/* Makes a child of half of springl i's triangle, and estimates its error. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
 {
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+    springls__half child = springls__place_child(model, i, second);
+    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
+    return child;
+}
+
+/* Returns true when springl i has grown too large, and is not of the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
+{
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i]
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
 
 /* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
 }
 
 /* Returns true when springl i is to be split and among the first args.insert.count of those. */
 SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
 {
     return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+        && springls__is_overgrown(model, i);
 }
 
 /* Splits springl i into halves, stored by its number. */
@@ -102,7 +115,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     first = springls__split_halves(model)[2u * number];
     second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
@@ -110,6 +123,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
+    model->set.error[i] = first.error;
+    model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
 

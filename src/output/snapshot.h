@@ -423,7 +423,8 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 /* Returns whether an array of the constellation has valid elements: floats and flags. */
 SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint64_t bytes)
 {
-    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION)
+                                 | SPRINGLS__BIT(ERROR);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);

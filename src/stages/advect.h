@@ -187,6 +187,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
+    float error[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
     batch.correspondences = &motion->ctx->model.set.a[first].x;
@@ -201,6 +202,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
+        for (i = 0; i < count; i++) error[i] = -1.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
@@ -208,12 +210,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
+        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d.error = error[i];
         d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;

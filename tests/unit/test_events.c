@@ -471,6 +471,88 @@ TEST refused_memory_is_reported(void)
     PASS();
 }
 
+/* Moves x by LeVeque's flow from time 0 to `time`, in double precision. */
+static void exact_flow(double size, double period, double time, double x[3])
+{
+    const int steps = 100;
+    const double h = time / steps;
+    int i, s, c;
+    for (i = 0; i < steps; i++) {
+        static const double part[4] = { 0.0, 0.5, 0.5, 1.0 }, weight[4] = { 1.0, 2.0, 2.0, 1.0 };
+        double k[4][3], y[3], sum[3] = { 0.0, 0.0, 0.0 };
+        for (s = 0; s < 4; s++) {
+            double pi = fixture_pi, t = size * cos(pi * (i + part[s]) * h / period), a[3], b[3];
+            for (c = 0; c < 3; c++) {
+                y[c] = (x[c] + (s ? part[s] * h * k[s - 1][c] : 0.0)) / size;
+                a[c] = sin(pi * y[c]);
+                b[c] = sin(2.0 * pi * y[c]);
+            }
+            k[s][0] = 2.0 * a[0] * a[0] * b[1] * b[2] * t;
+            k[s][1] = -b[0] * a[1] * a[1] * b[2] * t;
+            k[s][2] = -b[0] * b[1] * a[2] * a[2] * t;
+            for (c = 0; c < 3; c++) sum[c] += weight[s] / 6.0 * k[s][c];
+        }
+        for (c = 0; c < 3; c++) x[c] += h * sum[c];
+    }
+}
+
+/* The error estimates hold for 95 in 100 springls, and are a few times the error. */
+TEST errors_are_estimated(void)
+{
+    enum { SIZE = 48 };
+    springls_deformation_flow flow = { (float)SIZE, 1.6f };
+    springls_context *ctx = fixture_sphere(SIZE, NULL, 0.35f * SIZE, 0.35f * SIZE, 0.35f * SIZE, 0.15f * SIZE);
+    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.2f);
+    int part, i, c, count;
+    step.max_displacement = 2.0f;
+    for (part = 1; part <= 8; part++) {
+        springls_error_estimate *errors;
+        int within = 0, larger = 0;
+        ASSERT_OK(springls_step(ctx, &step));
+        count = springls_count(ctx);
+        errors = (springls_error_estimate *)malloc((size_t)count * sizeof *errors);
+        ASSERT_OK(springls_springl_errors(ctx, errors));
+        for (i = 0; i < count; i++) {
+            double x[3], error;
+            d3 p = d3_of(fixture_particle(ctx, i));
+            springls__v3 a = ctx->model.set.a[i];
+            x[0] = (double)a.x;
+            x[1] = (double)a.y;
+            x[2] = (double)a.z;
+            exact_flow((double)SIZE, 1.6, springls_time(ctx), x);
+            error = d3_distance(p, d3_make(x[0], x[1], x[2]));
+            within += error <= (double)errors[i].place;
+            larger += (double)errors[i].place > 12.0 * error;
+            ASSERT(errors[i].correspondence > 0.0f);
+            ASSERT(errors[i].place >= 0.5f * errors[i].correspondence);
+        }
+        ASSERT_GT(within, 0.95 * count);
+        if (part < 8) ASSERT_LT(larger, 0.5 * count); /* the median; at the end errors of integration have cancelled */
+        free(errors);
+    }
+    {
+        springls_mesh mesh;
+        springls_error_estimate *errors;
+        int within = 0;
+        ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+        errors = (springls_error_estimate *)malloc((size_t)mesh.vertex_count * sizeof *errors);
+        ASSERT_OK(springls_mesh_errors(ctx, &mesh, errors));
+        for (i = 0; i < mesh.vertex_count; i++) { /* a whole period: everything is back where it was */
+            double d2 = 0.0;
+            for (c = 0; c < 3; c++) d2 += pow((double)(mesh.positions[3 * i + c] - mesh.correspondences[3 * i + c]), 2.0);
+            within += sqrt(d2) <= (double)errors[i].place;
+        }
+        ASSERT_GT(within, 0.95 * mesh.vertex_count);
+        free(errors);
+        springls_mesh_free(ctx, &mesh);
+    }
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_springl_errors(ctx, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_mesh_errors(ctx, NULL, NULL));
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(events)
 {
     RUN_TEST(balls_merge);
@@ -480,6 +562,7 @@ SUITE(events)
     RUN_TEST(ids_last);
     RUN_TEST(the_same_everywhere);
     RUN_TEST(corrections_are_reported);
+    RUN_TEST(errors_are_estimated);
     RUN_TEST(bad_calls_are_refused);
     RUN_TEST(refused_memory_is_reported);
 }
