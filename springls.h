@@ -17105,7 +17105,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
         springls__tri t = springls__level_triangle(cell, mask, at, k);
         float weight[3];
         double along;
-        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
+        if (ray->best.found && along == ray->t_max) continue;
         ray->t_max = along;
         ray->best.found = true;
         ray->best.place = springls__tri_point(t, weight);
@@ -17186,8 +17187,8 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 
 /* ---- the closest point ---- */
 
-/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
-   of voxels are lower bounds of them. */
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
+   boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
     float weight[3];            /* model units that a voxel along each axis is at least                         */
@@ -17339,8 +17340,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
-   there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
+   where there are none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -17350,9 +17351,11 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     for (k = 0; k < 3; k++) {
         int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
         if (lower > 0)
-            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
         if (upper < g->bricks[k])
-            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
     }
     return bound;
 }
@@ -17434,8 +17437,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
-   search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
+   the search still holds of the one before saves time and cannot change the result. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -17450,7 +17453,8 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
         center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
     }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;
@@ -17668,7 +17672,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
 }
 
 /* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
-SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
+                                                                int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
     springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
@@ -17717,7 +17722,8 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
 /* ---- on the springls ---- */
 
 /* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__surface_hit material;
     springls__tri t;
@@ -17791,11 +17797,12 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     int springl;
     springls__hit_none(out);
     if (!h->found) return;
-    springl = q->cells ? springls__springl_at(ctx, h)
-                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    if (q->cells) springl = springls__springl_at(ctx, h);
+    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
     springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
-    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
+                        : springls__material_at(ctx, springl, h->place);
     *guess = material.triangle;
     springls__hit_material(ctx, &material, out);
 }
@@ -17859,8 +17866,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
-                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
                                            | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
@@ -26166,7 +26173,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26170 \"springls.h\"\n",
+    "#line 26177 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
