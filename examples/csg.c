@@ -384,6 +384,10 @@ static bool run(struct csg *csg, springls_backend *backend)
         || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
         return said(csg, 0);
     }
+    if (csg->mesh.triangle_count == 0) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "the result is thinner than the voxels, of %.4g, and has no surface on them", csg->spacing);
+        return false;
+    }
     return true;
 }
 

@@ -9,6 +9,7 @@
 #include "../model/neighbors.h"
 #include "../stages/advect.h"
 #include "../stages/contract.h"
+#include "../stages/cover.h"
 #include "../stages/evolve.h"
 #include "../stages/fill_from_springls.h"
 #include "../stages/fill_gaps.h"
@@ -17,6 +18,7 @@
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
+#include "../stages/specks.h"
 #include "../stages/topology.h"
 #include "../stages/track.h"
 #include "../stages/unsigned_distance.h"
@@ -31,6 +33,8 @@
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
@@ -74,6 +78,8 @@
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \

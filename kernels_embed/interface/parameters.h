@@ -47,6 +47,7 @@ typedef struct springls_params {
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -76,6 +77,7 @@ typedef struct springls_params {
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
+    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
 
     /* track: section 4.7 */

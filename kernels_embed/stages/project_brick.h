@@ -257,8 +257,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
-   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
+   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -345,44 +345,6 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
                                        args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
-    }
-}
-
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
-   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
-   tile. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vec_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
-                                              SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    int row, x, o[3];
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
-        for (x = 0; x < 8; x++) {
-            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
-            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
-        }
     }
 }
 

@@ -25,6 +25,7 @@
 #include "../model/winding_number.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
+#include "../stages/project.h"
 #include "../stages/rebuild.h"
 #include "set_level_set.h"
 #include "split_input.h"
@@ -480,6 +481,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));

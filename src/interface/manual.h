@@ -89,6 +89,7 @@
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
@@ -104,6 +105,7 @@
      fill_gaps            every   every
      contract             every   every
      resample             every   every
+     relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
@@ -116,14 +118,14 @@
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
                                                    springls around it came from. Where no springl is near and the surface may
-                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
-                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
-                                                   it. After a motion of more than band_half_width + 1 voxels phi is recomputed
+                                                   have passed, the neighbouring voxels decide the side.
+                                                   After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
                                                    one iteration of eq. 23 would move phi: see CURVATURE
      evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
+     cover = 1                relax                ends with triangles that cover the surface: see COVERAGE
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -131,9 +133,15 @@
                                                    bodies have met
      resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
      keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
-                                                   behind it, or neighbours are beside it
-     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
-                                                   drops of that size may vanish
+                                                   behind it, or neighbours are beside it; and both sides of a gap
+                              relax                springls that face each other across a gap do not pull each other
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
+                                                   between the sides of a gap; filaments and drops of that size may vanish
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -143,7 +151,10 @@
                               fill_gaps            the same
 
    keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
-   a sheet the zero level may be islands: there the springls are the surface.
+   a sheet the zero level may be islands: there the springls are the surface. They keep gaps between bodies, or between two
+   parts of one, alike: while the gap is thinner than a voxel phi may be one component, but the springls of both sides stay,
+   and drawn apart the bodies are what they were. Bodies whose surfaces have passed through each other by more than a tenth
+   of a voxel have met, and merge.
 
 
    PARAMETERS
@@ -165,6 +176,7 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
+                cover                1: triangles cover the surface, see COVERAGE        1         0
                 relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -189,6 +201,7 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
+                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
@@ -218,6 +231,22 @@
                                        is near; elsewhere it comes to rest lambda times the curvature off the springls
 
    Steps are stable up to about one voxel^2 of weight times dt.
+
+
+   COVERAGE
+
+   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
+   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
+   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
+   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   further apart, fill_gaps adds some.
+
+   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
+   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
+   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
 
    SHARP EDGES
@@ -398,7 +427,7 @@
      - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
        fallen half a voxel behind, and never catches up.
      - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
-       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+       longest edge of 1.5 voxels, which makes about ten times as many springls as the paper counts.
      - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
        moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
@@ -412,6 +441,10 @@
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
+     - stop_at_topology holds a springl back where phi falls along a motion with its normal, or grows along one against it.
+       Eq. 24 as printed takes grad phi . n for the direction of the motion: it would hold every springl that moves inward,
+       and none that runs outward into another sheet. Motions of less than 0.05 voxel along the normal, or more along the
+       surface than along the normal, are free.
      - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
      - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
@@ -426,14 +459,14 @@
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
-     section 2.3.2      springls_extract_surfels
+     section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
      section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC

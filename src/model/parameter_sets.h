@@ -25,6 +25,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.kappa_ext = 1.0f;
     p.relax_step_length = 0.1f;
     p.relax_step_rotation = 0.1f;
+    p.cover = 0;
     p.relax_same_side = 0;
     p.contract_distance = 0.625f; /* (1 + 0.25) d_max */
     p.min_angle = 20.0f;
@@ -49,6 +50,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.nucleate = 0;
     p.fill_from_springls = 0;
     p.keep_edges = 0;
+    p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -70,6 +72,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.5f;
+    p.cover = 1;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -85,6 +88,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.min_component = 1.0f;
     p.split_input = 1;
     p.initial_stride = 1;
     return p;
@@ -115,6 +119,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(cover, 0, 1);
     SPRINGLS__IN(relax_same_side, 0, 1);
     SPRINGLS__IN(reshape, 0, 1);
     SPRINGLS__IN(resample_last, 0, 1);
@@ -139,6 +144,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
+    SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);

@@ -63,6 +63,13 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
+/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+        && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
+}
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -264,6 +271,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -276,6 +284,7 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 

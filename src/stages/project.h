@@ -34,9 +34,41 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
+{
+    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
+}
+
+/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
+   other may join the rest. */
+SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int rounds = 2;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    for (; rounds > 0; rounds--) {
+        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    springls__join_parts(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+    springls__swap_phi(ctx);
+    return SPRINGLS_OK;
+}
+
 enum {
     SPRINGLS__PROJECT_PHI,
     SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_JOINED,
     SPRINGLS__PROJECT_NO_SPECKS,
     SPRINGLS__PROJECT_SWEEP,
     SPRINGLS__PROJECT_SWEPT
@@ -64,8 +96,12 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
-            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
+    case SPRINGLS__PROJECT_JOINED:
+        springls__join_parts(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:

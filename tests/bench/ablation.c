@@ -52,6 +52,7 @@ struct improvement {
 
 static const struct improvement improvements[] = {
     {"springls from marching cubes on every voxel", {P(initial_stride)}},
+    {"triangles of their share of the surface", {P(cover)}},
     {"internal springs stronger than external", {P(kappa_int)}},
     {"one iteration of relax, of twice the gain", {P(relax_iterations), P(relax_step_length), P(relax_step_rotation)}},
     {"bad triangles get a good shape", {P(reshape), P(min_area)}},
@@ -65,6 +66,7 @@ static const struct improvement improvements[] = {
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
     {"sharp edges stay (a ball has none)", {P(keep_edges)}},
+    {"specks are joined or go", {P(min_component)}},
     {"large triangles of a mesh are divided (a ball has none)", {P(split_input)}},
     {"vertices have their own velocity", {P(vertex_velocity)}},
     {"steps of two voxels", {SETTING(max_displacement)}},

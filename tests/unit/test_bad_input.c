@@ -534,6 +534,7 @@ TEST any_parameters(int seed)
     p.project_level_set = (int)(fixture_bits() % 2u);
     p.carry_level_set = (int)(fixture_bits() % 2u);
     p.keep_edges = (int)(fixture_bits() % 2u);
+    p.min_component = fixture_between(0.0f, 4.0f);
     p.topology = (springls_topology)(fixture_bits() % 2u);
     p.nearest_rule = fixture_between(0.0f, 4.0f);
     p.track_iterations = (int)(fixture_bits() % 8u);

@@ -179,8 +179,101 @@ TEST a_gap_opens(int nucleate)
     PASS();
 }
 
+/* ---- specks ---- */
+
+/* Sets a spindle that is half a voxel thin at its ends and runs diagonally between voxels: a closed mesh of one component. */
+static springls_status set_spindle(springls_context *ctx, float across, float along)
+{
+    enum { ROUND = 12, LENGTH = 40 };
+    static const float u[3] = { 0.70710678f, 0.70710678f, 0.0f }, v[3] = { -0.70710678f, 0.70710678f, 0.0f }, w[3] = { 0.0f, 0.0f, 1.0f };
+    float points[3 * (ROUND * (LENGTH - 1) + 2)];
+    int triangles[3 * 2 * ROUND * (LENGTH - 1)], i, j, k, n = 0, last = ROUND * (LENGTH - 1) + 1;
+    for (i = 0; i <= last; i++) {
+        double t = i == 0 ? 0.0 : i == last ? 1.0 : (1 + (i - 1) / ROUND) / (double)LENGTH, angle = 2.0 * fixture_pi * ((i + ROUND - 1) % ROUND) / ROUND;
+        double x = (2.0 * t - 1.0) * along, r = across * sin(fixture_pi * t), y = r * cos(angle), z = r * sin(angle);
+        for (k = 0; k < 3; k++) points[3 * i + k] = (float)(15.75 + 0.2 * k + x * u[k] + y * v[k] + z * w[k]);
+    }
+    for (i = 0; i < LENGTH; i++)
+        for (j = 0; j < ROUND; j++) {
+            int a = 1 + (i - 1) * ROUND + j, b = 1 + (i - 1) * ROUND + (j + 1) % ROUND, c = a + ROUND, d = b + ROUND;
+            if (i > 0 && i < LENGTH - 1) {
+                const int two[6] = { a, c, b, b, c, d };
+                for (k = 0; k < 6; k++) triangles[n++] = two[k];
+            } else {
+                triangles[n++] = i ? a : 0;
+                triangles[n++] = i ? last : c;
+                triangles[n++] = i ? b : d;
+            }
+        }
+    return springls_set_mesh(ctx, points, last + 1, 0, triangles, n / 3, NULL);
+}
+
+static int components(springls_context *ctx)
+{
+    springls_measures m;
+    return springls_measure(ctx, &m) == SPRINGLS_OK ? m.components : -1;
+}
+
+/* A mesh of one component is one: as it is set, after remesh, and after steps at rest. With min_component = 0 nothing is joined
+   and nothing goes. */
+TEST a_limb_is_one_component(float across, float min_component)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    p.min_component = min_component;
+    ctx = fixture_context(32, &p);
+    ASSERT_OK(set_spindle(ctx, across, 15.0f));
+    if (min_component > 0.0f) {
+        ASSERT_EQ(1, components(ctx));
+        ASSERT_OK(springls_remesh(ctx));
+        ASSERT_EQ(1, components(ctx));
+        ASSERT_OK(steps(ctx, &step, 20));
+        ASSERT_EQ(1, components(ctx));
+    } else {
+        ASSERT_GT(components(ctx), 1);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Two balls, one of them with the volume of a few voxels. */
+static void ball_and_drop(void *user, const float *points, int count, float *out)
+{
+    const float *radius = (const float *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3)
+        out[i] = (float)fmin(ball((double)points[0] - 12.0, (double)points[1] - 16.0, (double)points[2] - 16.0, 6.0),
+                             ball((double)points[0] - 24.0, (double)points[1] - 16.0, (double)points[2] - 16.0, (double)*radius));
+}
+
+/* A drop goes at the first step when it is smaller than min_component; one of 5.6 voxels only when that says so. */
+TEST a_drop_goes(float radius, float min_component, int left)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    p.min_component = min_component;
+    ctx = fixture_context(32, &p);
+    ASSERT_OK(springls_set_implicit(ctx, ball_and_drop, &radius));
+    ASSERT_EQ(2, components(ctx));
+    ASSERT_OK(steps(ctx, &step, 1));
+    ASSERT_EQ(left, components(ctx));
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(contact)
 {
+    RUN_TESTp(a_limb_is_one_component, 0.7f, 1.0f);
+    RUN_TESTp(a_limb_is_one_component, 0.7f, 0.0f);
+    RUN_TESTp(a_limb_is_one_component, 1.2f, 1.0f);
+    RUN_TESTp(a_drop_goes, 0.5f, 1.0f, 1);
+    RUN_TESTp(a_drop_goes, 0.5f, 0.0f, 2);
+    RUN_TESTp(a_drop_goes, 1.1f, 1.0f, 2);
+    RUN_TESTp(a_drop_goes, 1.1f, 8.0f, 1);
     RUN_TESTp(bodies_part, BALLS, 0.25);
     RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
     RUN_TESTp(bodies_part, FINGERS, 0.25);

@@ -120,11 +120,11 @@ static int deep_springls(springls_context *ctx, float depth)
 /* Components without specks, those of less than ten voxels. */
 static int bodies(springls_context *ctx)
 {
-    springls__volume_components parts;
+    springls__labels parts;
     int i, n = 0;
     fixture_here(ctx);
     if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) n += !springls__is_speck(parts.item[i].volume);
+    for (i = 0; i < parts.count; i++) n += !parts.item[i].cavity && !springls__is_speck(parts.item[i].volume);
     return n;
 }
 

@@ -36,7 +36,7 @@ static const struct member members[] = {
     INTEGER(project_level_set),    INTEGER(nucleate),             INTEGER(keep_thin),            INTEGER(keep_edges),
     INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
     REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
-    INTEGER(project_initial),      INTEGER(volume_lock),          INTEGER(split_input),
+    INTEGER(project_initial),      INTEGER(volume_lock),          INTEGER(split_input),          REAL(min_component),
 };
 
 static const struct member *find_member(const char *name, size_t length)

@@ -1,0 +1,371 @@
+/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
+   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+#ifndef SPRINGLS__KERNEL_STAGES_SPECKS_H
+#define SPRINGLS__KERNEL_STAGES_SPECKS_H
+
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/model.h"
+
+/* ---- parts ---- */
+
+/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
+SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+{
+    to[0] = at[0] + (d == 1) - (d == 0);
+    to[1] = at[1] + (d == 3) - (d == 2);
+    to[2] = at[2] + (d == 5) - (d == 4);
+}
+
+SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
+{
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */
+
+/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */
+typedef struct springls__part {
+    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];
+    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */
+} springls__part;
+
+/* Finds where the bit of a voxel is; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)
+{
+    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];
+    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;
+    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);
+    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));
+    return true;
+}
+
+SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int word;
+    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;
+}
+
+/* Adds a voxel, unless the part has it; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int axis, word;
+    if (!springls__part_bit(part, at, &word, &bit)) return false;
+    if (part->found[word] & bit) return true;
+    part->found[word] |= bit;
+    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];
+    part->count++;
+    return true;
+}
+
+/* Finds the place of the i-th voxel of a part. */
+SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];
+}
+
+/* Makes a part of one voxel. */
+SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;
+    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;
+    part->count = 0;
+    springls__part_add(part, at);
+}
+
+/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    bool inside = springls__phi_of(g, at) < 0.0f;
+    int i, d, from[3], to[3];
+    springls__part_begin(part, at);
+    for (i = 0; i < part->count; i++)
+        for (d = 0; d < 6; d++) {
+            springls__part_place(part, i, from);
+            springls__step_to(from, d, to);
+            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
+            if (!springls__part_add(part, to) || part->count > largest) return false;
+        }
+    return true;
+}
+
+/* ---- joining ---- */
+
+#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
+
+/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
+SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
+{
+    const float radius = 1.6f, same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    bool behind = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        bool here;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
+        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
+        best = springls__min(best, d2);
+    }
+    return behind;
+}
+
+/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
+   voxel of the square is. */
+SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+{
+    springls__vec c = springls__vec_load(phi);
+    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
+         & (springls__vec_load(phi + d2) < 0.0f) & (springls__vec_load(phi + d1 + d2) >= 0.0f);
+}
+
+/* A voxel outside that may join a part to an inside voxel beyond it; phi: of it. */
+typedef struct springls__joint { int at[3]; float phi; } springls__joint;
+
+/* Returns true when joint a is to be preferred to b: it is nearer to the surface; equal ones have the order of their places. */
+SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b)
+{
+    if (a.phi != b.phi) return a.phi < b.phi;
+    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];
+    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
+}
+
+/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
+   in direction d2, when a limb passes between, by the springls. */
+SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
+                                         int d2, springls__joint *best)
+{
+    const springls__grid *g = &model->grid;
+    springls__joint joint, other;
+    int to[3];
+    if (d1 >> 1 == d2 >> 1) return;
+    springls__step_to(from, d1, joint.at);
+    springls__step_to(from, d2, other.at);
+    joint.phi = springls__phi_of(g, joint.at);
+    other.phi = springls__phi_of(g, other.at);
+    if (joint.phi < 0.0f || other.phi < 0.0f) return;
+    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
+    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
+    springls__step_to(joint.at, d2, to);
+    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
+    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                           0.5f * (float)(from[2] + to[2]))))
+        *best = joint;
+}
+
+/* Returns the best joint of a part; its phi is JOIN_PHI when there is none. */
+SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)
+{
+    springls__joint best;
+    int i, d, from[3];
+    best.at[0] = best.at[1] = best.at[2] = -1;
+    best.phi = SPRINGLS__JOIN_PHI;
+    for (i = 0; i < part->count; i++) {
+        springls__part_place(part, i, from);
+        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+    }
+    return best;
+}
+
+/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
+   another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+{
+    int d2, to[3], other[3];
+    for (d2 = 0; d2 < 6; d2++) {
+        if (d1 >> 1 == d2 >> 1) continue;
+        springls__step_to(at, d2, to);
+        springls__step_to(from, d2, other);
+        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
+   have the same order of joints, no tunnel comes about. */
+SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+{
+    springls__part part;
+    int d, from[3];
+    for (d = 0; d < 6; d++) {
+        springls__joint best;
+        springls__step_to(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
+        best = springls__best_joint(model, &part);
+        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
+    }
+    return false;
+}
+
+/* Returns whether some of eight voxels may join others; phi points into a tile. */
+SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+{
+    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
+                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
+                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
+                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
+                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
+                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        if (springls__vec_any(m)) return true;
+    }
+    return false;
+}
+
+/* Finds whether active brick i has voxels that may join others. */
+SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    int row;
+    (void)args;
+    if (model->group.item == 0) *may_join = 0;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+}
+
+/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
+SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *tile)
+{
+    const float inside = -0.05f; /* voxel: phi of a joint */
+    const springls__grid *g = &model->grid;
+    bool some = springls__has_joints(model)[i] != 0;
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        bool here = some && springls__may_join(phi);
+        for (x = 0; x < 8; x++) {
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+        }
+    }
+}
+
+/* ---- removal ---- */
+
+/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)
+{
+    springls__vec one = springls__vec_broadcast(1.0f), none = springls__vec_broadcast(0.0f);
+    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
+}
+
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
+   points into a tile. */
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vmask inside = v.c < 0.0f;
+        springls__vec n = springls__same_side(v.xm, inside) + springls__same_side(v.xp, inside)
+                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
+                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
+        springls__vec_store(beside + i, n);
+        some = some || springls__vec_any(n <= few);
+    }
+    return some;
+}
+
+/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
+   which no neighbour is of the part. */
+SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), volume = 1.0f;
+    int axis, side, open = 0, to[3];
+    for (axis = 0; axis < 3; axis++) {
+        float width = 0.0f;
+        int beyond = 0;
+        for (side = 0; side < 2; side++) {
+            float other;
+            springls__step_to(at, 2 * axis + side, to);
+            other = springls__phi_of(g, to);
+            beyond += (phi < 0.0f) != (other < 0.0f);
+            width += (phi < 0.0f) == (other < 0.0f)
+                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
+        }
+        volume *= width;
+        open += beyond == 2;
+    }
+    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;
+}
+
+/* Returns true when a voxel is of a part of less than min_component. */
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+{
+    springls__part part;
+    float volume = 0.0f;
+    int i, place[3];
+    if (!springls__find_small_part(g, at, most, &part)) return false;
+    for (i = 0; i < part.count; i++) {
+        springls__part_place(&part, i, place);
+        volume += springls__share_of_voxel(g, place);
+    }
+    return volume < min_component;
+}
+
+/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), best = 0.5f;
+    int d, to[3];
+    for (d = 0; d < 6; d++) {
+        float other;
+        springls__step_to(at, d, to);
+        other = springls__phi_of(g, to);
+        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
+    }
+    return phi < 0.0f ? best : -springls__max(best, 1e-6f);
+}
+
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    const float least = model->params.min_component;
+    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        float beside[8], few = (float)(most - 1);
+        bool some = springls__count_beside(phi, few, beside);
+        for (x = 0; x < 8; x++) {
+            out[x] = phi[x];
+            if (!some || beside[x] > few) continue;
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+        }
+    }
+}
+
+#endif
