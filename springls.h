@@ -36,6 +36,7 @@
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
      >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
+     >>cover:kernel         kernels_embed/stages/cover.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>project:kernel       kernels_embed/stages/project.h
@@ -49,6 +50,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
@@ -209,6 +211,7 @@
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
@@ -224,6 +227,7 @@
      fill_gaps            every   every
      contract             every   every
      resample             every   every
+     relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
@@ -236,14 +240,14 @@
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
                                                    springls around it came from. Where no springl is near and the surface may
-                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
-                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
-                                                   it. After a motion of more than band_half_width + 1 voxels phi is recomputed
+                                                   have passed, the neighbouring voxels decide the side.
+                                                   After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
                                                    one iteration of eq. 23 would move phi: see CURVATURE
      evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
+     cover = 1                relax                ends with triangles that cover the surface: see COVERAGE
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -251,9 +255,15 @@
                                                    bodies have met
      resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
      keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
-                                                   behind it, or neighbours are beside it
-     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
-                                                   drops of that size may vanish
+                                                   behind it, or neighbours are beside it; and both sides of a gap
+                              relax                springls that face each other across a gap do not pull each other
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
+                                                   between the sides of a gap; filaments and drops of that size may vanish
+     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
+                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
+                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
+                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
+                                                   PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -263,7 +273,10 @@
                               fill_gaps            the same
 
    keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
-   a sheet the zero level may be islands: there the springls are the surface.
+   a sheet the zero level may be islands: there the springls are the surface. They keep gaps between bodies, or between two
+   parts of one, alike: while the gap is thinner than a voxel phi may be one component, but the springls of both sides stay,
+   and drawn apart the bodies are what they were. Bodies whose surfaces have passed through each other by more than a tenth
+   of a voxel have met, and merge.
 
    PARAMETERS
 
@@ -284,6 +297,7 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
+                cover                1: triangles cover the surface, see COVERAGE        1         0
                 relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -308,6 +322,7 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
+                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
@@ -336,6 +351,21 @@
                                        is near; elsewhere it comes to rest lambda times the curvature off the springls
 
    Steps are stable up to about one voxel^2 of weight times dt.
+
+   COVERAGE
+
+   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
+   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
+   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
+   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   further apart, fill_gaps adds some.
+
+   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
+   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
+   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
    SHARP EDGES
 
@@ -503,7 +533,7 @@
      - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
        fallen half a voxel behind, and never catches up.
      - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
-       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+       longest edge of 1.5 voxels, which makes about ten times as many springls as the paper counts.
      - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
        moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
@@ -517,6 +547,10 @@
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
+     - stop_at_topology holds a springl back where phi falls along a motion with its normal, or grows along one against it.
+       Eq. 24 as printed takes grad phi . n for the direction of the motion: it would hold every springl that moves inward,
+       and none that runs outward into another sheet. Motions of less than 0.05 voxel along the normal, or more along the
+       surface than along the normal, are free.
      - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
      - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
@@ -530,14 +564,14 @@
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
-     section 2.3.2      springls_extract_surfels
+     section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
      section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
@@ -612,7 +646,7 @@
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
   #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
-  #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
+  #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
@@ -829,6 +863,7 @@ typedef struct springls_params {
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -858,6 +893,7 @@ typedef struct springls_params {
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
+    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -1061,9 +1097,11 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
                                             const float *particles);
 
-/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
-   follow their parent. NULL: all relax. */
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+/* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
+   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
+   still replace or remove kept springls. */
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
@@ -1276,7 +1314,9 @@ SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 /* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
+/* Writes surfels (section 6), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. The normal is that of
+   phi at the particle; where phi has no gradient, as between the sides of a thin sheet or beyond the narrow band, that of the
+   triangle. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
@@ -1643,9 +1683,10 @@ typedef struct springls_stats {
 /* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
+   coverage: the springls' area over the zero level's. */
 typedef struct springls_measures {
-    double volume, area;
+    double volume, area, coverage;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
@@ -1831,6 +1872,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -2818,7 +2860,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
@@ -2982,6 +3024,7 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
@@ -5167,6 +5210,15 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */
+SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)
+{
+    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;
+    n = springls__normalize(springls__length(area2) > 2e-4f ? area2
+                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
+}
+
 /* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
@@ -5226,7 +5278,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -5255,7 +5307,7 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -5265,10 +5317,10 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
+    if (model->set.mask[i]) return;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
         *action = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i]
-             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
@@ -5278,18 +5330,15 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
+    float area = 0.5f * springls__length(springls__tri_area2(t));
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
-   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
+   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -5300,7 +5349,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.generation[other] < model->set.generation[i]
+        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
@@ -5319,12 +5368,106 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already. */
+/* Makes springl i undecided unless it is removed already, or of the mask. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
+/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
+   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
+
+/* Directions about a springl in which its share is measured, 30 degrees apart. */
+#define SPRINGLS__SHARE_DIRECTIONS 12
+
+/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
+typedef struct springls__share { float area, cosine, sine; } springls__share;
+
+/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it
+   too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float arm = 0.45f; /* voxel */
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)args;
+    if (!model->set.mask[i])
+        for (m = 0; m < 3; m++)
+            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
+    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
+}
+
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+{
+    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
+    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
+                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    springls__share share;
+    int k, j;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
+        springls__v3 d = springls__sub(o.p, p);
+        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
+        x = springls__dot(d, u) * near2;
+        y = springls__dot(d, v) * near2;
+        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
+            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+    }
+    share.area = 0.0f;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
+        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
+        share.area += cell[j];
+    }
+    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
+    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    return share;
+}
+
+/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
+SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+{
+    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
+    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
+    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
+    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+}
+
+/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+{
+    float along = springls__sqrt(c * c + s * s) + c;
+    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+}
+
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
+    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
+    springls__springl s = model->set.s[i];
+    springls__v3 n, u, v;
+    springls__share share;
+    (void)args;
+    if (!model->set.mask[i]) {
+        n = springls__facing(model, s);
+        u = springls__first_arm(s, n);
+        v = springls__cross(n, u);
+        share = springls__share_of(model, i, u, v);
+        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
+        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
@@ -6842,8 +6985,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
-   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
+   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6930,44 +7073,6 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
                                        args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
-    }
-}
-
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
-   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
-   tile. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vec_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
-                                              SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    int row, x, o[3];
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
-        for (x = 0; x < 8; x++) {
-            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
-            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
-        }
     }
 }
 
@@ -7145,7 +7250,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.kappa_int = params->kappa_int;
     rule.kappa_ext = params->kappa_ext;
     rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
     rule.step_rotation = params->relax_step_rotation;
     rule.threshold = params->threshold;
     rule.weight = params->weight;
@@ -7545,7 +7650,8 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -7553,7 +7659,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7623,24 +7729,28 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+/* Returns true when springl i has grown too large, and is not of the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i]
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
 
 /* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
 }
 
 /* Returns true when springl i is to be split and among the first args.insert.count of those. */
 SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
 {
     return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+        && springls__is_overgrown(model, i);
 }
 
 /* Splits springl i into halves, stored by its number. */
@@ -7664,7 +7774,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     first = springls__split_halves(model)[2u * number];
     second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
@@ -7675,6 +7785,371 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
+/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
+   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+
+/* ---- parts ---- */
+
+/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
+SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+{
+    to[0] = at[0] + (d == 1) - (d == 0);
+    to[1] = at[1] + (d == 3) - (d == 2);
+    to[2] = at[2] + (d == 5) - (d == 4);
+}
+
+SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
+{
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */
+
+/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */
+typedef struct springls__part {
+    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];
+    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */
+} springls__part;
+
+/* Finds where the bit of a voxel is; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)
+{
+    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];
+    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;
+    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);
+    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));
+    return true;
+}
+
+SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int word;
+    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;
+}
+
+/* Adds a voxel, unless the part has it; returns false beyond the window. */
+SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
+{
+    uint32_t bit;
+    int axis, word;
+    if (!springls__part_bit(part, at, &word, &bit)) return false;
+    if (part->found[word] & bit) return true;
+    part->found[word] |= bit;
+    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];
+    part->count++;
+    return true;
+}
+
+/* Finds the place of the i-th voxel of a part. */
+SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];
+}
+
+/* Makes a part of one voxel. */
+SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;
+    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;
+    part->count = 0;
+    springls__part_add(part, at);
+}
+
+/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    bool inside = springls__phi_of(g, at) < 0.0f;
+    int i, d, from[3], to[3];
+    springls__part_begin(part, at);
+    for (i = 0; i < part->count; i++)
+        for (d = 0; d < 6; d++) {
+            springls__part_place(part, i, from);
+            springls__step_to(from, d, to);
+            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
+            if (!springls__part_add(part, to) || part->count > largest) return false;
+        }
+    return true;
+}
+
+/* ---- joining ---- */
+
+#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
+
+/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
+SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
+{
+    const float radius = 1.6f, same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    bool behind = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        bool here;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
+        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
+        best = springls__min(best, d2);
+    }
+    return behind;
+}
+
+/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
+   voxel of the square is. */
+SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+{
+    springls__vec c = springls__vec_load(phi);
+    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
+         & (springls__vec_load(phi + d2) < 0.0f) & (springls__vec_load(phi + d1 + d2) >= 0.0f);
+}
+
+/* A voxel outside that may join a part to an inside voxel beyond it; phi: of it. */
+typedef struct springls__joint { int at[3]; float phi; } springls__joint;
+
+/* Returns true when joint a is to be preferred to b: it is nearer to the surface; equal ones have the order of their places. */
+SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b)
+{
+    if (a.phi != b.phi) return a.phi < b.phi;
+    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];
+    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
+}
+
+/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
+   in direction d2, when a limb passes between, by the springls. */
+SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
+                                         int d2, springls__joint *best)
+{
+    const springls__grid *g = &model->grid;
+    springls__joint joint, other;
+    int to[3];
+    if (d1 >> 1 == d2 >> 1) return;
+    springls__step_to(from, d1, joint.at);
+    springls__step_to(from, d2, other.at);
+    joint.phi = springls__phi_of(g, joint.at);
+    other.phi = springls__phi_of(g, other.at);
+    if (joint.phi < 0.0f || other.phi < 0.0f) return;
+    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
+    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
+    springls__step_to(joint.at, d2, to);
+    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
+    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                           0.5f * (float)(from[2] + to[2]))))
+        *best = joint;
+}
+
+/* Returns the best joint of a part; its phi is JOIN_PHI when there is none. */
+SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)
+{
+    springls__joint best;
+    int i, d, from[3];
+    best.at[0] = best.at[1] = best.at[2] = -1;
+    best.phi = SPRINGLS__JOIN_PHI;
+    for (i = 0; i < part->count; i++) {
+        springls__part_place(part, i, from);
+        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+    }
+    return best;
+}
+
+/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
+   another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+{
+    int d2, to[3], other[3];
+    for (d2 = 0; d2 < 6; d2++) {
+        if (d1 >> 1 == d2 >> 1) continue;
+        springls__step_to(at, d2, to);
+        springls__step_to(from, d2, other);
+        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
+   have the same order of joints, no tunnel comes about. */
+SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+{
+    springls__part part;
+    int d, from[3];
+    for (d = 0; d < 6; d++) {
+        springls__joint best;
+        springls__step_to(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
+        best = springls__best_joint(model, &part);
+        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
+    }
+    return false;
+}
+
+/* Returns whether some of eight voxels may join others; phi points into a tile. */
+SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+{
+    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
+                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
+                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
+                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
+                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
+                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        if (springls__vec_any(m)) return true;
+    }
+    return false;
+}
+
+/* Finds whether active brick i has voxels that may join others. */
+SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    int row;
+    (void)args;
+    if (model->group.item == 0) *may_join = 0;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+}
+
+/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
+SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *tile)
+{
+    const float inside = -0.05f; /* voxel: phi of a joint */
+    const springls__grid *g = &model->grid;
+    bool some = springls__has_joints(model)[i] != 0;
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        bool here = some && springls__may_join(phi);
+        for (x = 0; x < 8; x++) {
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+        }
+    }
+}
+
+/* ---- removal ---- */
+
+/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)
+{
+    springls__vec one = springls__vec_broadcast(1.0f), none = springls__vec_broadcast(0.0f);
+    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
+}
+
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
+   points into a tile. */
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vmask inside = v.c < 0.0f;
+        springls__vec n = springls__same_side(v.xm, inside) + springls__same_side(v.xp, inside)
+                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
+                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
+        springls__vec_store(beside + i, n);
+        some = some || springls__vec_any(n <= few);
+    }
+    return some;
+}
+
+/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
+   which no neighbour is of the part. */
+SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), volume = 1.0f;
+    int axis, side, open = 0, to[3];
+    for (axis = 0; axis < 3; axis++) {
+        float width = 0.0f;
+        int beyond = 0;
+        for (side = 0; side < 2; side++) {
+            float other;
+            springls__step_to(at, 2 * axis + side, to);
+            other = springls__phi_of(g, to);
+            beyond += (phi < 0.0f) != (other < 0.0f);
+            width += (phi < 0.0f) == (other < 0.0f)
+                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
+        }
+        volume *= width;
+        open += beyond == 2;
+    }
+    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;
+}
+
+/* Returns true when a voxel is of a part of less than min_component. */
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+{
+    springls__part part;
+    float volume = 0.0f;
+    int i, place[3];
+    if (!springls__find_small_part(g, at, most, &part)) return false;
+    for (i = 0; i < part.count; i++) {
+        springls__part_place(&part, i, place);
+        volume += springls__share_of_voxel(g, place);
+    }
+    return volume < min_component;
+}
+
+/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at), best = 0.5f;
+    int d, to[3];
+    for (d = 0; d < 6; d++) {
+        float other;
+        springls__step_to(at, d, to);
+        other = springls__phi_of(g, to);
+        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
+    }
+    return phi < 0.0f ? best : -springls__max(best, 1e-6f);
+}
+
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    const float least = model->params.min_component;
+    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    int row, x, o[3], at[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        float beside[8], few = (float)(most - 1);
+        bool some = springls__count_beside(phi, few, beside);
+        for (x = 0; x < 8; x++) {
+            out[x] = phi[x];
+            if (!some || beside[x] > few) continue;
+            at[0] = o[0] + x;
+            at[1] = o[1] + (row & 7);
+            at[2] = o[2] + (row >> 3);
+            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+        }
+    }
 }
 
 /* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
@@ -8382,6 +8857,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
@@ -8425,6 +8902,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
@@ -11199,27 +11678,63 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
-enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+enum {
+    SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_ITERATE,
+    SPRINGLS__RELAX_ITERATED,
+    SPRINGLS__RELAX_COVER,
+    SPRINGLS__RELAX_COVERED
+};
+
+/* Makes the springls what a kernel has written to relaxed_springls. */
+SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
+    springls__constellation_moved(ctx);
+}
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
+    const springls_params *params = &ctx->model.params;
+    const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
+    case SPRINGLS__RELAX_BEGIN:
+        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
+        if (params->cover) {
+            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__take_relaxed(ctx);
+        }
+        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, ctx->model.set.count));
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, NULL);
+        if (ctx->work.repetition == params->relax_iterations)
+            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
+        springls__take_relaxed(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_COVER:
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
+    case SPRINGLS__RELAX_COVERED:
     default:
-        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-        springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
-            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        springls__take_relaxed(ctx);
         return SPRINGLS_OK;
     }
+}
+
+/* Gives springls their shares again, after some have come or gone. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    springls_status status = springls__next_stage(ctx, springls__relax);
+    ctx->work.repetition = ctx->model.params.relax_iterations;
+    return status;
 }
 
 /* Turns flipped triangles round (section 4.3.1). */
@@ -11675,9 +12190,41 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
+{
+    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
+}
+
+/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
+   other may join the rest. */
+SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int rounds = 2;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    for (; rounds > 0; rounds--) {
+        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    springls__join_parts(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+    springls__swap_phi(ctx);
+    return SPRINGLS_OK;
+}
+
 enum {
     SPRINGLS__PROJECT_PHI,
     SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_JOINED,
     SPRINGLS__PROJECT_NO_SPECKS,
     SPRINGLS__PROJECT_SWEEP,
     SPRINGLS__PROJECT_SWEPT
@@ -11705,8 +12252,12 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
-            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
+    case SPRINGLS__PROJECT_JOINED:
+        springls__join_parts(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:
@@ -13215,6 +13766,13 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
+/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+        && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
+}
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -13416,6 +13974,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -13428,6 +13987,7 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -13685,6 +14245,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.kappa_ext = 1.0f;
     p.relax_step_length = 0.1f;
     p.relax_step_rotation = 0.1f;
+    p.cover = 0;
     p.relax_same_side = 0;
     p.contract_distance = 0.625f; /* (1 + 0.25) d_max */
     p.min_angle = 20.0f;
@@ -13709,6 +14270,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.nucleate = 0;
     p.fill_from_springls = 0;
     p.keep_edges = 0;
+    p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -13730,6 +14292,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.5f;
+    p.cover = 1;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -13745,6 +14308,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.min_component = 1.0f;
     p.split_input = 1;
     p.initial_stride = 1;
     return p;
@@ -13775,6 +14339,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(cover, 0, 1);
     SPRINGLS__IN(relax_same_side, 0, 1);
     SPRINGLS__IN(reshape, 0, 1);
     SPRINGLS__IN(resample_last, 0, 1);
@@ -13799,6 +14364,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
+    SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
@@ -15378,6 +15944,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -15558,7 +16125,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 /* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
 /* set_springls.h - models from springls themselves, and which of them relax. */
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -16756,7 +17323,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
         springls__tri t = springls__level_triangle(cell, mask, at, k);
         float weight[3];
         double along;
-        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
+        if (ray->best.found && along == ray->t_max) continue;
         ray->t_max = along;
         ray->best.found = true;
         ray->best.place = springls__tri_point(t, weight);
@@ -16837,8 +17405,8 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 
 /* ---- the closest point ---- */
 
-/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
-   of voxels are lower bounds of them. */
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
+   boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
     float weight[3];            /* model units that a voxel along each axis is at least                         */
@@ -16990,8 +17558,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
-   there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
+   where there are none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -17001,9 +17569,11 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     for (k = 0; k < 3; k++) {
         int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
         if (lower > 0)
-            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
         if (upper < g->bricks[k])
-            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
     }
     return bound;
 }
@@ -17085,8 +17655,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
-   search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
+   the search still holds of the one before saves time and cannot change the result. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -17101,7 +17671,8 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
         center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
     }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;
@@ -17319,7 +17890,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
 }
 
 /* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
-SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
+                                                                int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
     springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
@@ -17368,7 +17940,8 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
 /* ---- on the springls ---- */
 
 /* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__surface_hit material;
     springls__tri t;
@@ -17442,11 +18015,12 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     int springl;
     springls__hit_none(out);
     if (!h->found) return;
-    springl = q->cells ? springls__springl_at(ctx, h)
-                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    if (q->cells) springl = springls__springl_at(ctx, h);
+    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
     springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
-    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
+                        : springls__material_at(ctx, springl, h->place);
     *guess = material.triangle;
     springls__hit_material(ctx, &material, out);
 }
@@ -17510,8 +18084,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
-                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
                                            | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
@@ -18190,6 +18764,23 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
+/* Returns the area of all springls, world units. */
+SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
+{
+    double sum = 0.0;
+    float corners[9];
+    springls__tri t;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
+        t.a = springls__v3_make(corners[0], corners[1], corners[2]);
+        t.b = springls__v3_make(corners[3], corners[4], corners[5]);
+        t.c = springls__v3_make(corners[6], corners[7], corners[8]);
+        sum += 0.5 * (double)springls__length(springls__tri_area2(t));
+    }
+    return sum;
+}
+
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
     springls__raw_mesh raw;
@@ -18210,6 +18801,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
     memcpy(out->upper, report.hi, sizeof out->upper);
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    out->coverage = report.area > 0.0 ? springls__springls_area(ctx) / report.area : 0.0;
     out->components = report.components;
     out->euler = report.euler;
     return SPRINGLS_OK;
@@ -18991,16 +19584,24 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     return SPRINGLS_OK;
 }
 
+/* Returns the direction of grad phi at a springl's particle (section 6); the normal of its triangle where phi has next to no
+   gradient. */
+SPRINGLS__FN springls__v3 springls__surfel_normal(const springls__grid *g, springls__springl s)
+{
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    return springls__length2(gradient) > 0.01f ? gradient : springls__springl_normal(s);
+}
+
 /* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
+        springls__v3 n = springls__normal_to_world(ctx, springls__surfel_normal(&ctx->model.grid, *s));
         float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
@@ -19038,7 +19639,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 785 \"springls.h\"\n",
+    "#line 819 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19086,6 +19687,7 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
     "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
     "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
+    "    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */\n",
     "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
@@ -19115,6 +19717,7 @@ static const char *const springls__kernel_lines[] = {
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
+    "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
     "    springls_topology topology;\n",
     "\n",
     "    /* track: section 4.7 */\n",
@@ -19138,7 +19741,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1714 \"springls.h\"\n",
+    "#line 1755 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19216,7 +19819,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1793 \"springls.h\"\n",
+    "#line 1834 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19258,6 +19861,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -19300,7 +19904,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1878 \"springls.h\"\n",
+    "#line 1920 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19376,7 +19980,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1955 \"springls.h\"\n",
+    "#line 1997 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19395,7 +19999,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1975 \"springls.h\"\n",
+    "#line 2017 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19410,7 +20014,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1991 \"springls.h\"\n",
+    "#line 2033 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19534,7 +20138,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2115 \"springls.h\"\n",
+    "#line 2157 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -19560,7 +20164,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2142 \"springls.h\"\n",
+    "#line 2184 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19711,7 +20315,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2294 \"springls.h\"\n",
+    "#line 2336 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19726,7 +20330,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2309 \"springls.h\"\n",
+    "#line 2351 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19850,14 +20454,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2433 \"springls.h\"\n",
+    "#line 2475 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2441 \"springls.h\"\n",
+    "#line 2483 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19869,7 +20473,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2453 \"springls.h\"\n",
+    "#line 2495 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19884,7 +20488,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2469 \"springls.h\"\n",
+    "#line 2511 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19928,7 +20532,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2513 \"springls.h\"\n",
+    "#line 2555 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19943,7 +20547,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2528 \"springls.h\"\n",
+    "#line 2570 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19987,7 +20591,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2572 \"springls.h\"\n",
+    "#line 2614 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20066,7 +20670,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2651 \"springls.h\"\n",
+    "#line 2693 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20081,7 +20685,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2667 \"springls.h\"\n",
+    "#line 2709 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20144,7 +20748,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2730 \"springls.h\"\n",
+    "#line 2772 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20159,7 +20763,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2787 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20222,7 +20826,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2809 \"springls.h\"\n",
+    "#line 2851 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20235,7 +20839,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
-    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
@@ -20399,6 +21003,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
+    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
     "\n",
@@ -20540,7 +21145,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3128 \"springls.h\"\n",
+    "#line 3171 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20981,7 +21586,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3570 \"springls.h\"\n",
+    "#line 3613 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21157,7 +21762,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3747 \"springls.h\"\n",
+    "#line 3790 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21328,7 +21933,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3919 \"springls.h\"\n",
+    "#line 3962 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -21461,7 +22066,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4053 \"springls.h\"\n",
+    "#line 4096 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -21470,7 +22075,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4062 \"springls.h\"\n",
+    "#line 4105 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21485,7 +22090,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4078 \"springls.h\"\n",
+    "#line 4121 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21498,7 +22103,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4091 \"springls.h\"\n",
+    "#line 4134 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21513,7 +22118,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4106 \"springls.h\"\n",
+    "#line 4149 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21526,7 +22131,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4119 \"springls.h\"\n",
+    "#line 4162 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -21786,7 +22391,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4869 \"springls.h\"\n",
+    "#line 4912 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -21812,7 +22417,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4896 \"springls.h\"\n",
+    "#line 4939 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -21881,7 +22486,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4966 \"springls.h\"\n",
+    "#line 5009 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -21955,7 +22560,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5041 \"springls.h\"\n",
+    "#line 5084 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22045,7 +22650,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5132 \"springls.h\"\n",
+    "#line 5175 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22082,6 +22687,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)\n",
+    "{\n",
+    "    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;\n",
+    "    n = springls__normalize(springls__length(area2) > 2e-4f ? area2\n",
+    "                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;\n",
     "}\n",
     "\n",
     "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
@@ -22143,7 +22757,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -22172,7 +22786,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -22182,10 +22796,10 @@ static const char *const springls__kernel_lines[] = {
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->set.mask[i]) return;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
     "        *action = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i]\n",
-    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
@@ -22195,18 +22809,15 @@ static const char *const springls__kernel_lines[] = {
     "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    springls__v3 area2 = springls__tri_area2(t), n;\n",
-    "    float area = 0.5f * springls__length(area2);\n",
+    "    float area = 0.5f * springls__length(springls__tri_area2(t));\n",
     "    (void)args;\n",
     "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
-    "    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
-    "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
-    "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
+    "    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));\n",
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.\n",
-    "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;\n",
+    "   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -22217,7 +22828,7 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        bool older = model->set.generation[other] < model->set.generation[i]\n",
+    "        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
@@ -22236,14 +22847,107 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already. */\n",
+    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5331 \"springls.h\"\n",
+    "#line 5380 \"springls.h\"\n",
+    "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
+    "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
+    "\n",
+    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "\n",
+    "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
+    "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
+    "\n",
+    "/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it\n",
+    "   too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float arm = 0.45f; /* voxel */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    int m;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i])\n",
+    "        for (m = 0; m < 3; m++)\n",
+    "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
+    "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
+    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
+    "{\n",
+    "    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */\n",
+    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
+    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
+    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__share share;\n",
+    "    int k, j;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
+    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
+    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
+    "        springls__v3 d = springls__sub(o.p, p);\n",
+    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
+    "        x = springls__dot(d, u) * near2;\n",
+    "        y = springls__dot(d, v) * near2;\n",
+    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
+    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
+    "    }\n",
+    "    share.area = 0.0f;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
+    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
+    "        share.area += cell[j];\n",
+    "    }\n",
+    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
+    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
+    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
+    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
+    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
+    "}\n",
+    "\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
+    "{\n",
+    "    float along = springls__sqrt(c * c + s * s) + c;\n",
+    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
+    "    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */\n",
+    "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n, u, v;\n",
+    "    springls__share share;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        u = springls__first_arm(s, n);\n",
+    "        v = springls__cross(n, u);\n",
+    "        share = springls__share_of(model, i, u, v);\n",
+    "        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "#line 5474 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -22319,7 +23023,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5408 \"springls.h\"\n",
+    "#line 5551 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -22334,7 +23038,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5423 \"springls.h\"\n",
+    "#line 5566 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22349,7 +23053,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5439 \"springls.h\"\n",
+    "#line 5582 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22360,7 +23064,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5450 \"springls.h\"\n",
+    "#line 5593 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22375,7 +23079,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5465 \"springls.h\"\n",
+    "#line 5608 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22386,7 +23090,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5476 \"springls.h\"\n",
+    "#line 5619 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -22489,7 +23193,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5580 \"springls.h\"\n",
+    "#line 5723 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -22968,7 +23672,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6060 \"springls.h\"\n",
+    "#line 6203 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23068,7 +23772,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6161 \"springls.h\"\n",
+    "#line 6304 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23199,7 +23903,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6293 \"springls.h\"\n",
+    "#line 6436 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -23388,7 +24092,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6483 \"springls.h\"\n",
+    "#line 6626 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -23499,7 +24203,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6595 \"springls.h\"\n",
+    "#line 6738 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -23750,8 +24454,8 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
-    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost\n",
+    "   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -23840,45 +24544,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "\n",
-    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb\n",
-    "   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a\n",
-    "   tile. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);\n",
-    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
-    "        some = some || springls__vec_any(bubble | crumb);\n",
-    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                              SPRINGLS__LOCAL float *tile)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int row, x, o[3];\n",
-    "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;\n",
-    "        for (x = 0; x < 8; x++) {\n",
-    "            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));\n",
-    "            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
-    "            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "#line 6975 \"springls.h\"\n",
+    "#line 7080 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24029,7 +24695,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7127 \"springls.h\"\n",
+    "#line 7232 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24051,7 +24717,7 @@ static const char *const springls__kernel_lines[] = {
     "    rule.kappa_int = params->kappa_int;\n",
     "    rule.kappa_ext = params->kappa_ext;\n",
     "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->relax_step_length;\n",
+    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
     "    rule.step_rotation = params->relax_step_rotation;\n",
     "    rule.threshold = params->threshold;\n",
     "    rule.weight = params->weight;\n",
@@ -24059,7 +24725,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7157 \"springls.h\"\n",
+    "#line 7262 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24074,7 +24740,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7173 \"springls.h\"\n",
+    "#line 7278 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24243,7 +24909,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7342 \"springls.h\"\n",
+    "#line 7447 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24258,7 +24924,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7357 \"springls.h\"\n",
+    "#line 7462 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24427,7 +25093,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7526 \"springls.h\"\n",
+    "#line 7631 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24450,7 +25116,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
     "}\n",
     "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -24458,10 +25125,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7561 \"springls.h\"\n",
+    "#line 7667 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -24527,24 +25194,28 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
+    "/* Returns true when springl i has grown too large, and is not of the mask. */\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
-    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
-    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
+    "    const springls_params *p = &model->params;\n",
+    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
+    "    return !model->set.mask[i]\n",
+    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
+    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
     "}\n",
     "\n",
     "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
     "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
     "{\n",
     "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
-    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "        && springls__is_overgrown(model, i);\n",
     "}\n",
     "\n",
     "/* Splits springl i into halves, stored by its number. */\n",
@@ -24568,7 +25239,7 @@ static const char *const springls__kernel_lines[] = {
     "    first = springls__split_halves(model)[2u * number];\n",
     "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
@@ -24580,7 +25251,371 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7681 \"springls.h\"\n",
+    "#line 7791 \"springls.h\"\n",
+    "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
+    "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
+    "\n",
+    "/* ---- parts ---- */\n",
+    "\n",
+    "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
+    "SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])\n",
+    "{\n",
+    "    to[0] = at[0] + (d == 1) - (d == 0);\n",
+    "    to[1] = at[1] + (d == 3) - (d == 2);\n",
+    "    to[2] = at[2] + (d == 5) - (d == 4);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */\n",
+    "\n",
+    "/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */\n",
+    "typedef struct springls__part {\n",
+    "    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];\n",
+    "    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */\n",
+    "} springls__part;\n",
+    "\n",
+    "/* Finds where the bit of a voxel is; returns false beyond the window. */\n",
+    "SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)\n",
+    "{\n",
+    "    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];\n",
+    "    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;\n",
+    "    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);\n",
+    "    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])\n",
+    "{\n",
+    "    uint32_t bit;\n",
+    "    int word;\n",
+    "    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Adds a voxel, unless the part has it; returns false beyond the window. */\n",
+    "SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])\n",
+    "{\n",
+    "    uint32_t bit;\n",
+    "    int axis, word;\n",
+    "    if (!springls__part_bit(part, at, &word, &bit)) return false;\n",
+    "    if (part->found[word] & bit) return true;\n",
+    "    part->found[word] |= bit;\n",
+    "    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];\n",
+    "    part->count++;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the place of the i-th voxel of a part. */\n",
+    "SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int at[3])\n",
+    "{\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) at[axis] = part->at[i][axis];\n",
+    "}\n",
+    "\n",
+    "/* Makes a part of one voxel. */\n",
+    "SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;\n",
+    "    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;\n",
+    "    part->count = 0;\n",
+    "    springls__part_add(part, at);\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    int i, d, from[3], to[3];\n",
+    "    springls__part_begin(part, at);\n",
+    "    for (i = 0; i < part->count; i++)\n",
+    "        for (d = 0; d < 6; d++) {\n",
+    "            springls__part_place(part, i, from);\n",
+    "            springls__step_to(from, d, to);\n",
+    "            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;\n",
+    "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
+    "        }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* ---- joining ---- */\n",
+    "\n",
+    "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
+    "\n",
+    "/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */\n",
+    "SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)\n",
+    "{\n",
+    "    const float radius = 1.6f, same = 1e-4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    bool behind = false;\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float within = radius + s->bounding_radius, d2;\n",
+    "        springls__tri_plan plan;\n",
+    "        bool here;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 > best + same) continue;\n",
+    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;\n",
+    "        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;\n",
+    "        best = springls__min(best, d2);\n",
+    "    }\n",
+    "    return behind;\n",
+    "}\n",
+    "\n",
+    "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
+    "   voxel of the square is. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
+    "{\n",
+    "    springls__vec c = springls__vec_load(phi);\n",
+    "    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)\n",
+    "         & (springls__vec_load(phi + d2) < 0.0f) & (springls__vec_load(phi + d1 + d2) >= 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* A voxel outside that may join a part to an inside voxel beyond it; phi: of it. */\n",
+    "typedef struct springls__joint { int at[3]; float phi; } springls__joint;\n",
+    "\n",
+    "/* Returns true when joint a is to be preferred to b: it is nearer to the surface; equal ones have the order of their places. */\n",
+    "SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b)\n",
+    "{\n",
+    "    if (a.phi != b.phi) return a.phi < b.phi;\n",
+    "    if (a.at[2] != b.at[2]) return a.at[2] < b.at[2];\n",
+    "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
+    "}\n",
+    "\n",
+    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it\n",
+    "   in direction d2, when a limb passes between, by the springls. */\n",
+    "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
+    "                                         int d2, springls__joint *best)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__joint joint, other;\n",
+    "    int to[3];\n",
+    "    if (d1 >> 1 == d2 >> 1) return;\n",
+    "    springls__step_to(from, d1, joint.at);\n",
+    "    springls__step_to(from, d2, other.at);\n",
+    "    joint.phi = springls__phi_of(g, joint.at);\n",
+    "    other.phi = springls__phi_of(g, other.at);\n",
+    "    if (joint.phi < 0.0f || other.phi < 0.0f) return;\n",
+    "    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
+    "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
+    "    springls__step_to(joint.at, d2, to);\n",
+    "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
+    "    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
+    "                                                           0.5f * (float)(from[2] + to[2]))))\n",
+    "        *best = joint;\n",
+    "}\n",
+    "\n",
+    "/* Returns the best joint of a part; its phi is JOIN_PHI when there is none. */\n",
+    "SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *model, const springls__part *part)\n",
+    "{\n",
+    "    springls__joint best;\n",
+    "    int i, d, from[3];\n",
+    "    best.at[0] = best.at[1] = best.at[2] = -1;\n",
+    "    best.phi = SPRINGLS__JOIN_PHI;\n",
+    "    for (i = 0; i < part->count; i++) {\n",
+    "        springls__part_place(part, i, from);\n",
+    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and\n",
+    "   another inside voxel, and whose fourth corner is outside. */\n",
+    "SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
+    "{\n",
+    "    int d2, to[3], other[3];\n",
+    "    for (d2 = 0; d2 < 6; d2++) {\n",
+    "        if (d1 >> 1 == d2 >> 1) continue;\n",
+    "        springls__step_to(at, d2, to);\n",
+    "        springls__step_to(from, d2, other);\n",
+    "        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts\n",
+    "   have the same order of joints, no tunnel comes about. */\n",
+    "SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, from[3];\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__joint best;\n",
+    "        springls__step_to(at, d, from);\n",
+    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)\n",
+    "            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;\n",
+    "        best = springls__best_joint(model, &part);\n",
+    "        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether some of eight voxels may join others; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)\n",
+    "{\n",
+    "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)\n",
+    "                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)\n",
+    "                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)\n",
+    "                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)\n",
+    "                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)\n",
+    "                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);\n",
+    "        if (springls__vec_any(m)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i has voxels that may join others. */\n",
+    "SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;\n",
+    "    int row;\n",
+    "    (void)args;\n",
+    "    if (model->group.item == 0) *may_join = 0;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;\n",
+    "}\n",
+    "\n",
+    "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
+    "SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool some = springls__has_joints(model)[i] != 0;\n",
+    "    int row, x, o[3], at[3];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        bool here = some && springls__may_join(phi);\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            at[0] = o[0] + x;\n",
+    "            at[1] = o[1] + (row & 7);\n",
+    "            at[2] = o[2] + (row >> 3);\n",
+    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- removal ---- */\n",
+    "\n",
+    "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)\n",
+    "{\n",
+    "    springls__vec one = springls__vec_broadcast(1.0f), none = springls__vec_broadcast(0.0f);\n",
+    "    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));\n",
+    "}\n",
+    "\n",
+    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi\n",
+    "   points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vmask inside = v.c < 0.0f;\n",
+    "        springls__vec n = springls__same_side(v.xm, inside) + springls__same_side(v.xp, inside)\n",
+    "                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)\n",
+    "                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);\n",
+    "        springls__vec_store(beside + i, n);\n",
+    "        some = some || springls__vec_any(n <= few);\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along\n",
+    "   which no neighbour is of the part. */\n",
+    "SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at), volume = 1.0f;\n",
+    "    int axis, side, open = 0, to[3];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float width = 0.0f;\n",
+    "        int beyond = 0;\n",
+    "        for (side = 0; side < 2; side++) {\n",
+    "            float other;\n",
+    "            springls__step_to(at, 2 * axis + side, to);\n",
+    "            other = springls__phi_of(g, to);\n",
+    "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
+    "            width += (phi < 0.0f) == (other < 0.0f)\n",
+    "                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);\n",
+    "        }\n",
+    "        volume *= width;\n",
+    "        open += beyond == 2;\n",
+    "    }\n",
+    "    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a voxel is of a part of less than min_component. */\n",
+    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    float volume = 0.0f;\n",
+    "    int i, place[3];\n",
+    "    if (!springls__find_small_part(g, at, most, &part)) return false;\n",
+    "    for (i = 0; i < part.count; i++) {\n",
+    "        springls__part_place(&part, i, place);\n",
+    "        volume += springls__share_of_voxel(g, place);\n",
+    "    }\n",
+    "    return volume < min_component;\n",
+    "}\n",
+    "\n",
+    "/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */\n",
+    "SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at), best = 0.5f;\n",
+    "    int d, to[3];\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        float other;\n",
+    "        springls__step_to(at, d, to);\n",
+    "        other = springls__phi_of(g, to);\n",
+    "        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));\n",
+    "    }\n",
+    "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
+    "}\n",
+    "\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float least = model->params.min_component;\n",
+    "    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
+    "    int row, x, o[3], at[3];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        float beside[8], few = (float)(most - 1);\n",
+    "        bool some = springls__count_beside(phi, few, beside);\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            out[x] = phi[x];\n",
+    "            if (!some || beside[x] > few) continue;\n",
+    "            at[0] = o[0] + x;\n",
+    "            at[1] = o[1] + (row & 7);\n",
+    "            at[2] = o[2] + (row >> 3);\n",
+    "            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 8156 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -24677,7 +25712,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7779 \"springls.h\"\n",
+    "#line 8254 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -24751,7 +25786,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7854 \"springls.h\"\n",
+    "#line 8329 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24985,7 +26020,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8089 \"springls.h\"\n",
+    "#line 8564 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -25010,7 +26045,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8115 \"springls.h\"\n",
+    "#line 8590 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25268,7 +26303,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8374 \"springls.h\"\n",
+    "#line 8849 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25280,6 +26315,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
+    "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
+    "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
     "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
@@ -25323,6 +26360,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
+    "    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \\\n",
+    "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
     "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
@@ -25353,7 +26392,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25357 \"springls.h\"\n",
+    "#line 26396 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
