@@ -5380,8 +5380,8 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
    the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
 
-/* Directions about a springl in which its share is measured, 30 degrees apart. */
-#define SPRINGLS__SHARE_DIRECTIONS 12
+/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
+#define SPRINGLS__SHARE_DIRECTIONS 6
 
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
@@ -5400,36 +5400,68 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
+SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
    Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
 SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
 {
-    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
-    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
-                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
+    springls__cell_sides sides;
     springls__share share;
     int k, j;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
-        springls__v3 d = springls__sub(o.p, p);
-        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
-        x = springls__dot(d, u) * near2;
-        y = springls__dot(d, v) * near2;
-        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
-            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, near2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
+        d = springls__sub(o->p, p);
+        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
+    }
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
+        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
     }
     share.area = 0.0f;
     for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
-        share.area += cell[j];
+        share.area += ahead[j] + behind[j];
+        odd[j] = ahead[j] - behind[j];
     }
-    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
-    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    share.cosine = odd[0] - odd[2] + odd[4];
+    share.sine = odd[1] - odd[3] + odd[5];
     return share;
 }
 
@@ -22858,8 +22890,8 @@ static const char *const springls__kernel_lines[] = {
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
-    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
-    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 6\n",
     "\n",
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
@@ -22878,36 +22910,68 @@ static const char *const springls__kernel_lines[] = {
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
+    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */\n",
+    "typedef struct springls__cell_sides {\n",
+    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
+    "} springls__cell_sides;\n",
+    "\n",
+    "SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };\n",
+    "SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };\n",
+    "\n",
+    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
+    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);\n",
+    "        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);\n",
+    "        springls__vec line = cosine * x + sine * y;\n",
+    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
+    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
+    "    }\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
     "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
     "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
     "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
     "{\n",
-    "    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */\n",
-    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
-    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
+    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
+    "    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */\n",
     "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__cell_sides sides;\n",
     "    springls__share share;\n",
     "    int k, j;\n",
-    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
     "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
-    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
-    "        springls__v3 d = springls__sub(o.p, p);\n",
-    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
-    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
-    "        x = springls__dot(d, u) * near2;\n",
-    "        y = springls__dot(d, v) * near2;\n",
-    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
-    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
+    "        springls__v3 d, area2;\n",
+    "        float facing, near2;\n",
+    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
+    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
+    "            continue;\n",
+    "        }\n",
+    "        o = &model->set.s[codes[k] / 3];\n",
+    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
+    "        facing = springls__dot(area2, n);\n",
+    "        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;\n",
+    "        d = springls__sub(o->p, p);\n",
+    "        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);\n",
+    "    }\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));\n",
+    "        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));\n",
     "    }\n",
     "    share.area = 0.0f;\n",
     "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
-    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
-    "        share.area += cell[j];\n",
+    "        share.area += ahead[j] + behind[j];\n",
+    "        odd[j] = ahead[j] - behind[j];\n",
     "    }\n",
-    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
-    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    share.cosine = odd[0] - odd[2] + odd[4];\n",
+    "    share.sine = odd[1] - odd[3] + odd[5];\n",
     "    return share;\n",
     "}\n",
     "\n",
@@ -22947,7 +23011,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5474 \"springls.h\"\n",
+    "#line 5506 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23023,7 +23087,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5551 \"springls.h\"\n",
+    "#line 5583 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23038,7 +23102,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5566 \"springls.h\"\n",
+    "#line 5598 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23053,7 +23117,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5582 \"springls.h\"\n",
+    "#line 5614 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23064,7 +23128,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5593 \"springls.h\"\n",
+    "#line 5625 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23079,7 +23143,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5608 \"springls.h\"\n",
+    "#line 5640 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23090,7 +23154,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5619 \"springls.h\"\n",
+    "#line 5651 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23193,7 +23257,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5723 \"springls.h\"\n",
+    "#line 5755 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23672,7 +23736,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6203 \"springls.h\"\n",
+    "#line 6235 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23772,7 +23836,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6304 \"springls.h\"\n",
+    "#line 6336 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23903,7 +23967,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6468 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24092,7 +24156,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6626 \"springls.h\"\n",
+    "#line 6658 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24203,7 +24267,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6738 \"springls.h\"\n",
+    "#line 6770 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -24544,7 +24608,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7080 \"springls.h\"\n",
+    "#line 7112 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24695,7 +24759,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7232 \"springls.h\"\n",
+    "#line 7264 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24725,7 +24789,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7262 \"springls.h\"\n",
+    "#line 7294 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24740,7 +24804,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7278 \"springls.h\"\n",
+    "#line 7310 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24909,7 +24973,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7447 \"springls.h\"\n",
+    "#line 7479 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24924,7 +24988,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7494 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25093,7 +25157,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7631 \"springls.h\"\n",
+    "#line 7663 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25128,7 +25192,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7667 \"springls.h\"\n",
+    "#line 7699 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25251,7 +25315,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7791 \"springls.h\"\n",
+    "#line 7823 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -25615,7 +25679,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8156 \"springls.h\"\n",
+    "#line 8188 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25712,7 +25776,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8254 \"springls.h\"\n",
+    "#line 8286 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -25786,7 +25850,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8329 \"springls.h\"\n",
+    "#line 8361 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26020,7 +26084,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8564 \"springls.h\"\n",
+    "#line 8596 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -26045,7 +26109,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8590 \"springls.h\"\n",
+    "#line 8622 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26303,7 +26367,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8849 \"springls.h\"\n",
+    "#line 8881 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26392,7 +26456,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26396 \"springls.h\"\n",
+    "#line 26460 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
