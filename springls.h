@@ -44,6 +44,7 @@
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
+     >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
      >>relax:kernel         kernels_embed/stages/relax.h
@@ -75,6 +76,9 @@
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
+     >>bodies               src/stages/bodies.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>fill_gaps            src/stages/fill_gaps.h
      >>fill_from_springls   src/stages/fill_from_springls.h
      >>rebuild              src/stages/rebuild.h
@@ -89,8 +93,6 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
-     >>components           src/stages/components.h
-     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -811,6 +813,9 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
+/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */
+typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -870,6 +875,7 @@ typedef struct springls_params {
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
     float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
+    springls_contact contact; /* of bodies that touch                                                              */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
@@ -2832,6 +2838,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
+    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
@@ -3055,16 +3063,32 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = 0u;
+    record->component = record->cavity = record->body = 0u;
+    record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
 }
 
-/* Gives springl i the components of springl `from`, beside which it is new. */
+/* Gives springl i the components and the body of springl `from`, beside which it is new. */
 SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
+    model->set.body[i] = model->set.body[from];
+    model->set.overlapped[i] = model->set.overlapped[from];
+}
+
+/* Returns true when two springls are of bodies that stay two. */
+SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+{
+    uint32_t a = model->set.body[i], b = model->set.body[other];
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
+}
+
+/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */
+SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)
+{
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -4578,6 +4602,7 @@ struct springls_context {
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_count, event_count, event_part_count;
     uint32_t last_component_id;
+    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_known;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
@@ -5018,9 +5043,9 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
+   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
+                                                             springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -5028,6 +5053,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -5044,9 +5070,36 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__spans_sheet(gaps) != 0;
+}
+
+/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
+   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;
+   -1: all do. */
+SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
+{
+    const float same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, side = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        int here;
+        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;
+        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;
+        best = springls__min(best, d2);
+    }
+    return side;
 }
 
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
@@ -5090,11 +5143,12 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
+    if (springls__of_two_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(d, n, m);
+    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5125,7 +5179,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
+        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5267,6 +5321,16 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
+/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */
+SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)
+{
+    const float ahead = 0.75f, radius = 1.6f; /* voxels */
+    springls__springl s = model->set.s[i];
+    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;
+    if (model->set.overlapped[i]) return true;
+    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -5277,7 +5341,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (!model->set.mask[i]
              && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
@@ -5300,7 +5365,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is removed.
    It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
@@ -5316,6 +5381,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
+        if (springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6119,6 +6185,11 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
+            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+                if (d2 >= best) continue;
+                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
+                count = 0;
+            }
             sum = springls__add(sum, model->set.a[other]);
             count++;
             if (d2 < best) {
@@ -6134,8 +6205,9 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     return s.p;
 }
 
-/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
+   those of one side. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -6149,6 +6221,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
@@ -6186,7 +6259,7 @@ SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springl
     return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -6194,13 +6267,15 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
 }
 
-/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of
+   the body of springl `of`. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
@@ -6209,6 +6284,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        if (springls__of_two_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -6223,18 +6299,18 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    if (!springls__has_room(model, i, x, n)) return seed;
+    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
@@ -6264,7 +6340,8 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
+            || springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6589,8 +6666,9 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
+    model->set.overlapped[n] = 0;
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
             s.p = fit.point;
@@ -6603,10 +6681,26 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     model->set.synced_position[n] = s.p;
 }
 
+/* ======== >>overlap:kernel  (kernels_embed/stages/overlap.h) =================================================== */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
+   phi is that of their union. */
+
+/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing
+   changes. */
+SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = 2.5f; /* voxels: springls move by no more than two at once */
+    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    (void)args;
+    if (side != 0) model->set.overlapped[i] = side < 0;
+}
+
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
 
-/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
+
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
    side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -6619,6 +6713,9 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
+    if (!springls__is_overlapped(model, (int)n)) return;
+    o->p.x = SPRINGLS__FAR_AWAY;
+    o->edge = 0;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
@@ -7527,7 +7624,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (!certain || springls__is_overlapped(model, i) || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7580,7 +7677,7 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
     for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
     child.s.p = fit.point;
@@ -7745,30 +7842,6 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
-SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
-{
-    const float radius = 1.6f, same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    bool behind = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float within = radius + s->bounding_radius, d2;
-        springls__tri_plan plan;
-        bool here;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 > best + same) continue;
-        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
-        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
-        best = springls__min(best, d2);
-    }
-    return behind;
-}
-
 /* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
    voxel of the square is. */
 SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
@@ -7794,6 +7867,7 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
+    const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
@@ -7807,8 +7881,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
-    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
-                                                           0.5f * (float)(from[2] + to[2]))))
+    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
         *best = joint;
 }
 
@@ -8158,7 +8232,8 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
         for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
         float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
@@ -8167,6 +8242,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
@@ -8377,11 +8453,13 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;
@@ -8694,7 +8772,8 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
-    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    springls__v3 n = springls__springl_normal(model->set.s[springl]);
+    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
     return fit.ok ? fit.a : a;
 }
 
@@ -8742,12 +8821,13 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(ERROR))                                                                                                \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
     X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
     X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
@@ -9730,7 +9810,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
-    ctx->last_component_id = 0;
+    ctx->last_component_id = ctx->last_body = 0;
     ctx->components_known = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -11259,6 +11339,717 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
     springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, NULL);
 }
 
+/* ======== >>label_components  (src/stages/label_components.h) ================================================== */
+/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
+   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
+   device has: it always runs on the host. */
+
+/* A component of phi as it is now. */
+typedef struct springls__component_now {
+    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
+    double world_area;
+    uint32_t id;
+    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    float depth, moved;     /* moved: by volume_lock                                                            */
+    bool cavity;
+} springls__component_now;
+
+/* The components of phi as it is now, and the label of every voxel. */
+typedef struct springls__labels {
+    springls__component_now *item;
+    int count;
+    const int32_t *rank;    /* slot -> place in `active`                                                        */
+    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
+    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
+    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
+    int32_t voxels;         /* nodes that are voxels                                                            */
+    double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
+} springls__labels;
+
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+{
+    int slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
+    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+}
+
+/* Finds the voxel of a node that is one. */
+SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
+{
+    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    voxel[0] = origin[0] + (v & 7);
+    voxel[1] = origin[1] + (v >> 3 & 7);
+    voxel[2] = origin[2] + (v >> 6);
+}
+
+/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
+SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+{
+    if (node >= l->voxels) node = springls__find_root(l->parent, node);
+    return node < l->voxels ? l->label[node] : -1;
+}
+
+/* Joins two trees of a forest; the lower root stays a root. */
+SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
+{
+    a = springls__find_root(parent, a);
+    b = springls__find_root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
+}
+
+/* ---- connection ---- */
+
+/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
+SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
+{
+    int x;
+    bool joined = false; /* with the voxels before */
+    for (x = 0; x < length; x++) {
+        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
+        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
+        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
+        joined = agrees;
+    }
+}
+
+/* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
+SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
+}
+
+/* Joins the voxels of active brick i with each other. */
+SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int32_t first = i * SPRINGLS__BRICK_VOXELS;
+    int origin[3], extent[3], x, y, z;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    for (z = 0; z < extent[2]; z++)
+        for (y = 0; y < extent[1]; y++) {
+            int32_t row = 8 * y + 64 * z;
+            for (x = 1; x < extent[0]; x++)
+                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
+                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
+            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
+            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
+        }
+}
+
+/* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
+SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
+{
+    if (!springls__grid_contains(g, to[0], to[1], to[2])) {
+        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
+    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
+        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+    }
+}
+
+/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    const int axis = d >> 1;
+    int origin[3], extent[3], at[3], to[3], j, k;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    at[axis] = d & 1 ? extent[axis] - 1 : 0;
+    for (k = 0; k < extent[(axis + 2) % 3]; k++)
+        for (j = 0; j < extent[(axis + 1) % 3]; j++) {
+            int v, c;
+            at[(axis + 1) % 3] = j;
+            at[(axis + 2) % 3] = k;
+            v = springls__voxel_in_brick(at[0], at[1], at[2]);
+            for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
+            to[axis] += d & 1 ? 1 : -1;
+            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+        }
+}
+
+/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+{
+    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
+    int place[3], axis, stride = 1;
+    springls__brick_place(g, brick, place);
+    for (axis = 0; axis < 3; axis++) {
+        bool last = place[axis] == g->bricks[axis] - 1;
+        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
+            springls__join_trees(l->parent, l->voxels + brick, exterior);
+        if (!last && g->top[brick + stride] == g->top[brick])
+            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+        stride *= g->bricks[axis];
+    }
+}
+
+/* ---- triangles of marching cubes ---- */
+
+/* A triangle, with the nodes at the inner and at the outer ends of the edges of the cube that carry its vertices. */
+typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], outer[3]; } springls__labelled_triangle;
+
+typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
+
+/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
+{
+    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
+    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    return springls__label_node(g, l, x, y, z);
+}
+
+/* Visits the triangles of the cube at (x, y, z) of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
+{
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__labelled_triangle triangle;
+    if (count == 0) return;
+    at[0] = range->origin[0] + x;
+    at[1] = range->origin[1] + y;
+    at[2] = range->origin[2] + z;
+    for (k = 0; k < count; k++) {
+        for (m = 0; m < 3; m++) {
+            int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
+            int other = corner | 1 << springls__mc_edge_axis(edge);
+            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+        }
+        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        visit(l, &triangle);
+    }
+}
+
+/* Visits all triangles of the zero level. */
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
+{
+    float tile[SPRINGLS__TILE_VOXELS];
+    int i, x, y, z;
+    for (i = 0; i < g->active_count; i++) {
+        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
+        for (z = range.lo[2]; z <= range.hi[2]; z++)
+            for (y = range.lo[1]; y <= range.hi[1]; y++)
+                for (x = range.lo[0]; x <= range.hi[0]; x++)
+                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+    }
+}
+
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    int m;
+    for (m = 1; m < 3; m++) {
+        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
+        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
+    }
+}
+
+/* ---- labels ---- */
+
+/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
+   roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
+{
+    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
+    l->count = 0;
+    for (i = 0; i < l->voxels; i++) {
+        int32_t root = springls__find_root(l->parent, i);
+        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
+        if (root != i) {
+            l->label[i] = root < l->voxels ? l->label[root] : -1;
+            continue;
+        }
+        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
+        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
+                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps, and at the list of components. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.parent = (int32_t *)ctx->label_parent.data;
+    l.label = (int32_t *)ctx->label_memory.data;
+    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
+    int32_t i;
+    int d;
+    ctx->labels_fresh = false;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
+    ctx->labelled_bricks = g->active_count;
+    *l = springls__kept_labels(ctx);
+    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) {
+        springls__join_within_brick(g, l, i);
+        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
+    }
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
+SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+{
+    springls__v3 area2 = springls__tri_area2(t);
+    const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
+    const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
+                            (double)t.a.z + (double)t.b.z + (double)t.c.z };
+    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    double world2 = 0.0;
+    int c;
+    for (c = 0; c < 3; c++) {
+        double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
+        world2 += w * w;
+        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+    }
+    item->area += 0.5 * (double)springls__length(area2);
+    item->world_area += 0.5 * sqrt(world2);
+    item->volume += volume;
+}
+
+SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
+    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
+    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+}
+
+
+/* Finds the matrix of directed areas: the cofactors of voxel -> world. */
+SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
+{
+    const double *m = ctx->to_world;
+    int i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++) {
+            int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            out[3 * i + j] = m[4 * a + c] * m[4 * b + d] - m[4 * a + d] * m[4 * b + c];
+        }
+}
+
+/* Notes the side of a component, and its voxel furthest from the surface. */
+SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+{
+    item->cavity = !(phi < 0.0f);
+    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
+    item->depth = springls__fabs(phi);
+    item->deepest = node;
+}
+
+/* Finds and measures the components of phi. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int32_t i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
+    l->item = springls__components_now(&ctx->model);
+    memset(l->item, 0, (size_t)l->count * sizeof *l->item);
+    for (i = 0; i < l->voxels; i++)
+        if (l->label[i] >= 0)
+            springls__note_voxel(&l->item[l->label[i]], i,
+                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
+                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__measure_triangle);
+    return SPRINGLS_OK;
+}
+
+/* ---- places ---- */
+
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
+{
+    out[0] = x + (d == 1) - (d == 0);
+    out[1] = y + (d == 3) - (d == 2);
+    out[2] = z + (d == 5) - (d == 4);
+}
+
+/* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
+{
+    float phi;
+    int d, best = -1, to[3];
+    for (d = 0; d < 6; d++) {
+        springls__voxel_beside(x, y, z, d, to);
+        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
+        if (phi >= least) continue;
+        least = phi;
+        best = d;
+    }
+    return best;
+}
+
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+{
+    const int longest = 32; /* voxels: more than any band is wide */
+    int step, d, to[3];
+    for (step = 0; step < longest; step++) {
+        float phi = springls__grid_voxel(g, g->phi, x, y, z);
+        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
+        d = springls__steepest_descent(g, x, y, z, phi);
+        if (d < 0) return -1;
+        springls__voxel_beside(x, y, z, d, to);
+        x = to[0];
+        y = to[1];
+        z = to[2];
+    }
+    return -1;
+}
+
+/* Finds the body and the cavity that the surface near x bounds, -1 for none: those of the deepest and of the highest of the eight
+   voxels about x. */
+SPRINGLS__FN void springls__components_at(const springls__grid *g, const springls__labels *l, springls__v3 x, int32_t *body,
+                                          int32_t *cavity)
+{
+    int first[3], lowest[3] = { -1, -1, -1 }, corner;
+    int32_t high = -1;
+    float least = FLT_MAX, most = -FLT_MAX;
+    first[0] = (int)springls__floor(springls__clamp(x.x, -1.0f, (float)g->size[0]));
+    first[1] = (int)springls__floor(springls__clamp(x.y, -1.0f, (float)g->size[1]));
+    first[2] = (int)springls__floor(springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    *body = *cavity = -1;
+    for (corner = 0; corner < 8; corner++) {
+        int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
+        float phi;
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < least) memcpy(lowest, at, sizeof lowest);
+        least = springls__min(least, phi);
+        if (phi < 0.0f || phi <= most) continue;
+        most = phi;
+        high = springls__label_node(g, l, at[0], at[1], at[2]);
+    }
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (high >= 0) *cavity = springls__label_of_node(l, high);
+}
+
+/* ======== >>components  (src/stages/components.h) ============================================================== */
+/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
+   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+   volumes that components are to keep (volume_lock.h). */
+
+/* A component of the model, as it was found last. */
+typedef struct springls__component {
+    springls_component seen;
+    double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+} springls__component;
+
+/* The components that a springl bounds now, -1: none. */
+typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+
+/* A component before, by its place in the list, and one of those it has become. */
+typedef struct springls__link { int32_t before, now; } springls__link;
+
+/* The components before and now, and what links them. */
+typedef struct springls__kinship {
+    const springls__component *before;
+    int before_count;
+    springls__labels labels;
+    springls__place_now *place;   /* one a springl                          */
+    springls__link *link;         /* by `before`, then by `now`             */
+    int link_count;
+} springls__kinship;
+
+SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
+{
+    return (springls__component *)ctx->component_memory.data;
+}
+
+/* Returns the place of an id in a list by ascending ids; -1: it is not there. */
+SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (list[middle].seen.id < id) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && list[low].seen.id == id ? low : -1;
+}
+
+/* Returns true when components have ids that last. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+{
+    return ctx->model.params.components || ctx->model.params.volume_lock;
+}
+
+/* Forgets the components: ids go on where they were. */
+SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+{
+    ctx->component_count = 0;
+    ctx->components_known = ctx->components_fresh = false;
+}
+
+/* Forgets the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
+    ctx->volumes_locked = false;
+}
+
+/* ---- links ---- */
+
+SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+
+/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+{
+    const springls__constellation *set = &ctx->model.set;
+    size_t n = 0;
+    int i, c;
+    for (i = 0; i < set->count; i++) {
+        int32_t before[2], now[2];
+        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
+        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
+        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
+        now[0] = k->place[i].body;
+        now[1] = k->place[i].cavity;
+        for (c = 0; c < 2; c++) {
+            if (before[c] >= 0) count[before[c]]++;
+            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+        }
+    }
+    return n;
+}
+
+/* Returns whether `votes` of all that a component has make a link: a tenth of them, and three, or more than half. Where two come
+   close, single springls vote for the wrong one. */
+SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
+
+/* Links components that enough votes of either one link. */
+SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+{
+    size_t i = 0, first;
+    k->link_count = 0;
+    while (i < vote_count) {
+        springls__link link;
+        int64_t votes_here;
+        link.before = (int32_t)(votes[i] >> 32);
+        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
+        votes_here = (int64_t)(i - first);
+        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
+            k->link[k->link_count++] = link;
+    }
+}
+
+/* Finds the components as they are now, and links them to those before. */
+SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+{
+    size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
+    uint64_t *vote;
+    int64_t *count;
+    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
+    k->before = springls__component_list(ctx);
+    k->before_count = ctx->component_count;
+    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
+    k->place = springls__places_now(&ctx->model);
+    vote = springls__component_votes(&ctx->model);
+    count = springls__vote_counts(&ctx->model);
+    for (i = 0; i < nodes; i++) count[i] = 0;
+    votes = springls__collect_votes(ctx, k, vote, count);
+    springls__sort_keys(vote, votes);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
+    k->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(k, vote, votes, count);
+    return SPRINGLS_OK;
+}
+
+/* ---- ids ---- */
+
+/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
+   -1: none. */
+SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+{
+    int32_t i, best = -1;
+    for (i = 0; i < k->before_count; i++)
+        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
+    return best;
+}
+
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+{
+    springls__component_now *item = k->labels.item;
+    uint8_t *done;
+    int32_t before;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
+    done = springls__component_done(&ctx->model);
+    memset(done, 0, (size_t)k->before_count);
+    while ((before = springls__next_heir(k, done)) >= 0) {
+        int32_t largest = -1;
+        for (i = 0; i < k->link_count; i++) {
+            int32_t now = k->link[i].now;
+            if (k->link[i].before != before || item[now].id) continue;
+            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+        }
+        done[before] = 1;
+        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+    }
+    for (i = 0; i < k->labels.count; i++)
+        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    return SPRINGLS_OK;
+}
+
+/* Writes what the interface shows of a component. */
+SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+                                           springls_component *out)
+{
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    memset(out, 0, sizeof *out);
+    out->id = item->id;
+    out->cavity = item->cavity;
+    out->volume = item->volume * scale;
+    out->area = item->world_area;
+    out->correction = item->moved;
+    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
+                                                    (float)(item->moment[2] * weight)), out->center);
+}
+
+/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+{
+    springls__constellation *set = &ctx->model.set;
+    int i;
+    for (i = 0; i < set->count; i++) {
+        springls__place_now now = k->place[i];
+        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+    }
+}
+
+/* Makes room for the list of the components now, besides that of those before, which stays. */
+SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
+{
+    return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
+}
+
+/* Replaces the list by the components now, by ascending ids. */
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+{
+    springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    springls__buffer memory = ctx->component_memory;
+    int i, j;
+    for (i = 0; i < k->labels.count; i++) {
+        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
+        memset(&list[j], 0, sizeof *list);
+        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
+        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    }
+    ctx->component_memory = ctx->next_component_memory;
+    ctx->next_component_memory = memory;
+    ctx->component_count = k->labels.count;
+    ctx->components_known = ctx->components_fresh = true;
+}
+
+/* ---- which label is whose ---- */
+
+/* Copies to the host what components are found from. */
+SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY) | SPRINGLS__BIT(TOP)
+                         | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK);
+    ctx->on_device = false;
+    springls__forget_work(ctx);
+    return springls__to_host(ctx, reads, writes);
+}
+
+/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    uint32_t *id;
+    int i;
+    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
+    id = (uint32_t *)ctx->label_id_memory.data;
+    memset(id, 0, (size_t)l->count * sizeof *id);
+    for (i = 0; i < ctx->component_count; i++) {
+        const springls__component *c = &springls__component_list(ctx)[i];
+        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
+        if (label >= 0) id[label] = c->seen.id;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>bodies  (src/stages/bodies.h) ====================================================================== */
+/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
+   model was set with it on. */
+
+SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+{
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+}
+
+/* Gives every springl the body that it bounds. */
+SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+{
+    springls__constellation *set = &ctx->model.set;
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__find_components(ctx, &labels));
+    for (i = 0; i < set->count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
+        set->body[i] = (uint32_t)(body + 1);
+        set->overlapped[i] = 0;
+    }
+    ctx->last_body = (uint32_t)labels.count + 1u;
+    return SPRINGLS_OK;
+}
+
+/* Finds which springls lie in another body. */
+SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
+{
+    if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
 /* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
 /* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
@@ -11293,6 +12084,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     args.omega_forget.all = !ctx->omega_fresh;
+    if (!ctx->omega_fresh) SPRINGLS__TRY(springls__find_overlap(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
@@ -12067,6 +12859,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
         args.project.carry = carry;
         args.project.max_displacement = *displacement;
@@ -12102,681 +12895,6 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
-
-/* ======== >>label_components  (src/stages/label_components.h) ================================================== */
-/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
-   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
-   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
-   device has: it always runs on the host. */
-
-/* A component of phi as it is now. */
-typedef struct springls__component_now {
-    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
-    double world_area;
-    uint32_t id;
-    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
-    float depth, moved;     /* moved: by volume_lock                                                            */
-    bool cavity;
-} springls__component_now;
-
-/* The components of phi as it is now, and the label of every voxel. */
-typedef struct springls__labels {
-    springls__component_now *item;
-    int count;
-    const int32_t *rank;    /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
-    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
-    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
-    int32_t voxels;         /* nodes that are voxels                                                            */
-    double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
-} springls__labels;
-
-/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
-{
-    int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
-    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-}
-
-/* Finds the voxel of a node that is one. */
-SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
-{
-    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
-    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
-    voxel[0] = origin[0] + (v & 7);
-    voxel[1] = origin[1] + (v >> 3 & 7);
-    voxel[2] = origin[2] + (v >> 6);
-}
-
-/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
-SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
-{
-    if (node >= l->voxels) node = springls__find_root(l->parent, node);
-    return node < l->voxels ? l->label[node] : -1;
-}
-
-/* Joins two trees of a forest; the lower root stays a root. */
-SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
-{
-    a = springls__find_root(parent, a);
-    b = springls__find_root(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
-}
-
-/* ---- connection ---- */
-
-/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
-SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
-{
-    int x;
-    bool joined = false; /* with the voxels before */
-    for (x = 0; x < length; x++) {
-        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
-        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
-        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
-        joined = agrees;
-    }
-}
-
-/* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
-SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
-{
-    int axis;
-    for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
-}
-
-/* Joins the voxels of active brick i with each other. */
-SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
-{
-    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int32_t first = i * SPRINGLS__BRICK_VOXELS;
-    int origin[3], extent[3], x, y, z;
-    springls__slot_origin(g, g->active[i], origin);
-    springls__brick_extent(g, origin, extent);
-    for (z = 0; z < extent[2]; z++)
-        for (y = 0; y < extent[1]; y++) {
-            int32_t row = 8 * y + 64 * z;
-            for (x = 1; x < extent[0]; x++)
-                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
-                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
-            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
-            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
-        }
-}
-
-/* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
-SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
-{
-    if (!springls__grid_contains(g, to[0], to[1], to[2])) {
-        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
-    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
-        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
-    }
-}
-
-/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
-{
-    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    const int axis = d >> 1;
-    int origin[3], extent[3], at[3], to[3], j, k;
-    springls__slot_origin(g, g->active[i], origin);
-    springls__brick_extent(g, origin, extent);
-    at[axis] = d & 1 ? extent[axis] - 1 : 0;
-    for (k = 0; k < extent[(axis + 2) % 3]; k++)
-        for (j = 0; j < extent[(axis + 1) % 3]; j++) {
-            int v, c;
-            at[(axis + 1) % 3] = j;
-            at[(axis + 2) % 3] = k;
-            v = springls__voxel_in_brick(at[0], at[1], at[2]);
-            for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
-            to[axis] += d & 1 ? 1 : -1;
-            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
-        }
-}
-
-/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
-SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
-{
-    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
-    int place[3], axis, stride = 1;
-    springls__brick_place(g, brick, place);
-    for (axis = 0; axis < 3; axis++) {
-        bool last = place[axis] == g->bricks[axis] - 1;
-        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->parent, l->voxels + brick, exterior);
-        if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
-        stride *= g->bricks[axis];
-    }
-}
-
-/* ---- triangles of marching cubes ---- */
-
-/* A triangle, with the nodes at the inner and at the outer ends of the edges of the cube that carry its vertices. */
-typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], outer[3]; } springls__labelled_triangle;
-
-typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
-
-/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
-SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
-{
-    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
-    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
-    return springls__label_node(g, l, x, y, z);
-}
-
-/* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
-{
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
-    springls__labelled_triangle triangle;
-    if (count == 0) return;
-    at[0] = range->origin[0] + x;
-    at[1] = range->origin[1] + y;
-    at[2] = range->origin[2] + z;
-    for (k = 0; k < count; k++) {
-        for (m = 0; m < 3; m++) {
-            int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
-            int other = corner | 1 << springls__mc_edge_axis(edge);
-            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
-            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
-            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
-        }
-        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
-        visit(l, &triangle);
-    }
-}
-
-/* Visits all triangles of the zero level. */
-SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
-{
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
-    }
-}
-
-SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
-{
-    int m;
-    for (m = 1; m < 3; m++) {
-        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
-        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
-    }
-}
-
-/* ---- labels ---- */
-
-/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
-   roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
-{
-    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
-    l->count = 0;
-    for (i = 0; i < l->voxels; i++) {
-        int32_t root = springls__find_root(l->parent, i);
-        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
-        if (root != i) {
-            l->label[i] = root < l->voxels ? l->label[root] : -1;
-            continue;
-        }
-        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
-                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
-    }
-}
-
-/* Points at the labels that the context keeps, and at the list of components. */
-SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
-{
-    springls__labels l;
-    memset(&l, 0, sizeof l);
-    l.rank = (const int32_t *)ctx->label_rank.data;
-    l.parent = (int32_t *)ctx->label_parent.data;
-    l.label = (int32_t *)ctx->label_memory.data;
-    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
-    l.count = ctx->label_count;
-    return l;
-}
-
-/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
-SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
-    int32_t i;
-    int d;
-    ctx->labels_fresh = false;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
-    ctx->labelled_bricks = g->active_count;
-    *l = springls__kept_labels(ctx);
-    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
-    for (i = 0; i < g->active_count; i++) {
-        springls__join_within_brick(g, l, i);
-        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
-    }
-    springls__visit_triangles(g, l, springls__join_triangle);
-    springls__number_components(g, l);
-    ctx->label_count = l->count;
-    ctx->labels_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* ---- measures ---- */
-
-/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
-SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
-{
-    springls__v3 area2 = springls__tri_area2(t);
-    const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
-    const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
-                            (double)t.a.z + (double)t.b.z + (double)t.c.z };
-    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
-    double world2 = 0.0;
-    int c;
-    for (c = 0; c < 3; c++) {
-        double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
-        world2 += w * w;
-        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
-    }
-    item->area += 0.5 * (double)springls__length(area2);
-    item->world_area += 0.5 * sqrt(world2);
-    item->volume += volume;
-}
-
-SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
-{
-    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
-    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
-    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
-}
-
-
-/* Finds the matrix of directed areas: the cofactors of voxel -> world. */
-SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
-{
-    const double *m = ctx->to_world;
-    int i, j;
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++) {
-            int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
-            out[3 * i + j] = m[4 * a + c] * m[4 * b + d] - m[4 * a + d] * m[4 * b + c];
-        }
-}
-
-/* Notes the side of a component, and its voxel furthest from the surface. */
-SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
-{
-    item->cavity = !(phi < 0.0f);
-    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
-    item->depth = springls__fabs(phi);
-    item->deepest = node;
-}
-
-/* Finds and measures the components of phi. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int32_t i;
-    SPRINGLS__TRY(springls__label_voxels(ctx, l));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
-    l->item = springls__components_now(&ctx->model);
-    memset(l->item, 0, (size_t)l->count * sizeof *l->item);
-    for (i = 0; i < l->voxels; i++)
-        if (l->label[i] >= 0)
-            springls__note_voxel(&l->item[l->label[i]], i,
-                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
-                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
-    springls__area_to_world(ctx, l->area_to_world);
-    springls__visit_triangles(g, l, springls__measure_triangle);
-    return SPRINGLS_OK;
-}
-
-/* ---- places ---- */
-
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
-
-/* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
-SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
-{
-    float phi;
-    int d, best = -1, to[3];
-    for (d = 0; d < 6; d++) {
-        springls__voxel_beside(x, y, z, d, to);
-        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
-        phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
-        if (phi >= least) continue;
-        least = phi;
-        best = d;
-    }
-    return best;
-}
-
-/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
-{
-    const int longest = 32; /* voxels: more than any band is wide */
-    int step, d, to[3];
-    for (step = 0; step < longest; step++) {
-        float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
-        d = springls__steepest_descent(g, x, y, z, phi);
-        if (d < 0) return -1;
-        springls__voxel_beside(x, y, z, d, to);
-        x = to[0];
-        y = to[1];
-        z = to[2];
-    }
-    return -1;
-}
-
-/* Finds the body and the cavity that the surface near x bounds, -1 for none: those of the deepest and of the highest of the eight
-   voxels about x. */
-SPRINGLS__FN void springls__components_at(const springls__grid *g, const springls__labels *l, springls__v3 x, int32_t *body,
-                                          int32_t *cavity)
-{
-    int first[3], lowest[3] = { -1, -1, -1 }, corner;
-    int32_t high = -1;
-    float least = FLT_MAX, most = -FLT_MAX;
-    first[0] = (int)springls__floor(springls__clamp(x.x, -1.0f, (float)g->size[0]));
-    first[1] = (int)springls__floor(springls__clamp(x.y, -1.0f, (float)g->size[1]));
-    first[2] = (int)springls__floor(springls__clamp(x.z, -1.0f, (float)g->size[2]));
-    *body = *cavity = -1;
-    for (corner = 0; corner < 8; corner++) {
-        int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
-        float phi;
-        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
-        phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
-        if (phi < least) memcpy(lowest, at, sizeof lowest);
-        least = springls__min(least, phi);
-        if (phi < 0.0f || phi <= most) continue;
-        most = phi;
-        high = springls__label_node(g, l, at[0], at[1], at[2]);
-    }
-    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
-    if (high >= 0) *cavity = springls__label_of_node(l, high);
-}
-
-/* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
-   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
-   volumes that components are to keep (volume_lock.h). */
-
-/* A component of the model, as it was found last. */
-typedef struct springls__component {
-    springls_component seen;
-    double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
-    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
-} springls__component;
-
-/* The components that a springl bounds now, -1: none. */
-typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
-
-/* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__link { int32_t before, now; } springls__link;
-
-/* The components before and now, and what links them. */
-typedef struct springls__kinship {
-    const springls__component *before;
-    int before_count;
-    springls__labels labels;
-    springls__place_now *place;   /* one a springl                          */
-    springls__link *link;         /* by `before`, then by `now`             */
-    int link_count;
-} springls__kinship;
-
-SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
-{
-    return (springls__component *)ctx->component_memory.data;
-}
-
-/* Returns the place of an id in a list by ascending ids; -1: it is not there. */
-SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
-{
-    int low = 0, high = count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (list[middle].seen.id < id) low = middle + 1;
-        else high = middle;
-    }
-    return low < count && list[low].seen.id == id ? low : -1;
-}
-
-/* Returns true when components have ids that last. */
-SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
-{
-    return ctx->model.params.components || ctx->model.params.volume_lock;
-}
-
-/* Forgets the components: ids go on where they were. */
-SPRINGLS__FN void springls__forget_components(springls_context *ctx)
-{
-    ctx->component_count = 0;
-    ctx->components_known = ctx->components_fresh = false;
-}
-
-/* Forgets the volumes that components are to keep: the next step measures them. */
-SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
-{
-    int i;
-    for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
-    ctx->volumes_locked = false;
-}
-
-/* ---- links ---- */
-
-SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
-
-/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
-SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
-{
-    const springls__constellation *set = &ctx->model.set;
-    size_t n = 0;
-    int i, c;
-    for (i = 0; i < set->count; i++) {
-        int32_t before[2], now[2];
-        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
-        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
-        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
-        now[0] = k->place[i].body;
-        now[1] = k->place[i].cavity;
-        for (c = 0; c < 2; c++) {
-            if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[k->before_count + now[c]]++;
-            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
-        }
-    }
-    return n;
-}
-
-/* Returns whether `votes` of all that a component has make a link: a tenth of them, and three, or more than half. Where two come
-   close, single springls vote for the wrong one. */
-SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
-
-/* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
-{
-    size_t i = 0, first;
-    k->link_count = 0;
-    while (i < vote_count) {
-        springls__link link;
-        int64_t votes_here;
-        link.before = (int32_t)(votes[i] >> 32);
-        link.now = (int32_t)(votes[i] & 0xffffffffu);
-        for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
-        votes_here = (int64_t)(i - first);
-        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
-            k->link[k->link_count++] = link;
-    }
-}
-
-/* Finds the components as they are now, and links them to those before. */
-SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
-{
-    size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
-    uint64_t *vote;
-    int64_t *count;
-    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
-    k->before = springls__component_list(ctx);
-    k->before_count = ctx->component_count;
-    nodes = (size_t)k->before_count + (size_t)k->labels.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    k->place = springls__places_now(&ctx->model);
-    vote = springls__component_votes(&ctx->model);
-    count = springls__vote_counts(&ctx->model);
-    for (i = 0; i < nodes; i++) count[i] = 0;
-    votes = springls__collect_votes(ctx, k, vote, count);
-    springls__sort_keys(vote, votes);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
-    k->link = springls__component_links(&ctx->model);
-    springls__link_by_votes(k, vote, votes, count);
-    return SPRINGLS_OK;
-}
-
-/* ---- ids ---- */
-
-/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
-   -1: none. */
-SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
-{
-    int32_t i, best = -1;
-    for (i = 0; i < k->before_count; i++)
-        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
-    return best;
-}
-
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
-SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
-{
-    springls__component_now *item = k->labels.item;
-    uint8_t *done;
-    int32_t before;
-    int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
-    done = springls__component_done(&ctx->model);
-    memset(done, 0, (size_t)k->before_count);
-    while ((before = springls__next_heir(k, done)) >= 0) {
-        int32_t largest = -1;
-        for (i = 0; i < k->link_count; i++) {
-            int32_t now = k->link[i].now;
-            if (k->link[i].before != before || item[now].id) continue;
-            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
-        }
-        done[before] = 1;
-        if (largest >= 0) item[largest].id = k->before[before].seen.id;
-    }
-    for (i = 0; i < k->labels.count; i++)
-        if (!item[i].id) item[i].id = ++ctx->last_component_id;
-    return SPRINGLS_OK;
-}
-
-/* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
-                                           springls_component *out)
-{
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
-    memset(out, 0, sizeof *out);
-    out->id = item->id;
-    out->cavity = item->cavity;
-    out->volume = item->volume * scale;
-    out->area = item->world_area;
-    out->correction = item->moved;
-    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
-                                                    (float)(item->moment[2] * weight)), out->center);
-}
-
-/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
-SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
-{
-    springls__constellation *set = &ctx->model.set;
-    int i;
-    for (i = 0; i < set->count; i++) {
-        springls__place_now now = k->place[i];
-        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
-    }
-}
-
-/* Makes room for the list of the components now, besides that of those before, which stays. */
-SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
-{
-    return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
-}
-
-/* Replaces the list by the components now, by ascending ids. */
-SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
-{
-    springls__component *list = (springls__component *)ctx->next_component_memory.data;
-    springls__buffer memory = ctx->component_memory;
-    int i, j;
-    for (i = 0; i < k->labels.count; i++) {
-        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
-        memset(&list[j], 0, sizeof *list);
-        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
-        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
-    }
-    ctx->component_memory = ctx->next_component_memory;
-    ctx->next_component_memory = memory;
-    ctx->component_count = k->labels.count;
-    ctx->components_known = ctx->components_fresh = true;
-}
-
-/* ---- which label is whose ---- */
-
-/* Copies to the host what components are found from. */
-SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
-{
-    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY) | SPRINGLS__BIT(TOP)
-                         | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK);
-    ctx->on_device = false;
-    springls__forget_work(ctx);
-    return springls__to_host(ctx, reads, writes);
-}
-
-/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
-SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    uint32_t *id;
-    int i;
-    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
-    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
-    id = (uint32_t *)ctx->label_id_memory.data;
-    memset(id, 0, (size_t)l->count * sizeof *id);
-    for (i = 0; i < ctx->component_count; i++) {
-        const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
-        if (label >= 0) id[label] = c->seen.id;
-    }
-    return SPRINGLS_OK;
-}
 
 /* ======== >>events  (src/stages/events.h) ====================================================================== */
 /* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
@@ -13538,6 +13656,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -13871,6 +13990,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.keep_edges = 0;
     p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
+    p.contact = SPRINGLS_CONTACT_MERGE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
@@ -13963,6 +14083,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
+    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
     SPRINGLS__IN(track_step, 0.0f, 1.0f);
@@ -14097,6 +14218,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
+    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_body = 0;
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -17486,7 +17608,7 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
     return springls__material_at(ctx, springl, x);
@@ -18446,7 +18568,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_known, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id;
+    uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -18595,6 +18717,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
+    s->last_body = ctx->last_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -19068,6 +19191,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
+    ctx->last_body = s->last_body;
     ctx->components_known = s->components_known != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
@@ -19202,7 +19326,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 795 \"springls.h\"\n",
+    "#line 797 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19221,6 +19345,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
     "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
+    "\n",
+    "/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */\n",
+    "typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;\n",
     "\n",
     "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
@@ -19281,6 +19408,7 @@ static const char *const springls__kernel_lines[] = {
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
     "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
     "    springls_topology topology;\n",
+    "    springls_contact contact; /* of bodies that touch                                                              */\n",
     "\n",
     "    /* track: section 4.7 */\n",
     "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
@@ -19303,7 +19431,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1725 \"springls.h\"\n",
+    "#line 1731 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19381,7 +19509,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1804 \"springls.h\"\n",
+    "#line 1810 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19465,7 +19593,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1889 \"springls.h\"\n",
+    "#line 1895 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19541,7 +19669,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1966 \"springls.h\"\n",
+    "#line 1972 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19560,7 +19688,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1986 \"springls.h\"\n",
+    "#line 1992 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19575,7 +19703,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2002 \"springls.h\"\n",
+    "#line 2008 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19699,7 +19827,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2126 \"springls.h\"\n",
+    "#line 2132 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -19725,7 +19853,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2153 \"springls.h\"\n",
+    "#line 2159 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19876,7 +20004,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2305 \"springls.h\"\n",
+    "#line 2311 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19891,7 +20019,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2320 \"springls.h\"\n",
+    "#line 2326 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20015,14 +20143,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2444 \"springls.h\"\n",
+    "#line 2450 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2452 \"springls.h\"\n",
+    "#line 2458 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20034,7 +20162,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2464 \"springls.h\"\n",
+    "#line 2470 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20049,7 +20177,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2480 \"springls.h\"\n",
+    "#line 2486 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20093,7 +20221,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2524 \"springls.h\"\n",
+    "#line 2530 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20108,7 +20236,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2539 \"springls.h\"\n",
+    "#line 2545 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20152,7 +20280,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2583 \"springls.h\"\n",
+    "#line 2589 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20231,7 +20359,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2662 \"springls.h\"\n",
+    "#line 2668 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20246,7 +20374,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2678 \"springls.h\"\n",
+    "#line 2684 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20309,7 +20437,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2741 \"springls.h\"\n",
+    "#line 2747 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20324,7 +20452,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2756 \"springls.h\"\n",
+    "#line 2762 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20387,7 +20515,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2820 \"springls.h\"\n",
+    "#line 2826 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20403,6 +20531,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
+    "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
+    "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
@@ -20626,16 +20756,32 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = record->cavity = 0u;\n",
+    "    record->component = record->cavity = record->body = 0u;\n",
+    "    record->overlapped = 0;\n",
     "    record->phi = record->error = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
     "}\n",
     "\n",
-    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "/* Gives springl i the components and the body of springl `from`, beside which it is new. */\n",
     "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
     "{\n",
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
+    "    model->set.body[i] = model->set.body[from];\n",
+    "    model->set.overlapped[i] = model->set.overlapped[from];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when two springls are of bodies that stay two. */\n",
+    "SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)\n",
+    "{\n",
+    "    uint32_t a = model->set.body[i], b = model->set.body[other];\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */\n",
+    "SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -20706,7 +20852,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3140 \"springls.h\"\n",
+    "#line 3164 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21147,7 +21293,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3582 \"springls.h\"\n",
+    "#line 3606 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21323,7 +21469,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3759 \"springls.h\"\n",
+    "#line 3783 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21494,7 +21640,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3931 \"springls.h\"\n",
+    "#line 3955 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -21627,7 +21773,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4065 \"springls.h\"\n",
+    "#line 4089 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -21636,7 +21782,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4074 \"springls.h\"\n",
+    "#line 4098 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21651,7 +21797,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4090 \"springls.h\"\n",
+    "#line 4114 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21664,7 +21810,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4103 \"springls.h\"\n",
+    "#line 4127 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21679,7 +21825,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4118 \"springls.h\"\n",
+    "#line 4142 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21692,7 +21838,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4131 \"springls.h\"\n",
+    "#line 4155 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -21952,7 +22098,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4881 \"springls.h\"\n",
+    "#line 4906 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -21978,7 +22124,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4908 \"springls.h\"\n",
+    "#line 4933 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22047,7 +22193,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4978 \"springls.h\"\n",
+    "#line 5003 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22091,9 +22237,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
+    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
+    "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -22101,6 +22247,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -22117,11 +22264,38 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__is_overlapped(model, other)) continue;\n",
     "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5053 \"springls.h\"\n",
+    "\n",
+    "/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an\n",
+    "   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;\n",
+    "   -1: all do. */\n",
+    "SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)\n",
+    "{\n",
+    "    const float same = 1e-4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, side = 0;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float within = radius + s->bounding_radius, d2;\n",
+    "        springls__tri_plan plan;\n",
+    "        int here;\n",
+    "        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 > best + same) continue;\n",
+    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;\n",
+    "        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;\n",
+    "        best = springls__min(best, d2);\n",
+    "    }\n",
+    "    return side;\n",
+    "}\n",
+    "#line 5106 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22162,11 +22336,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
-    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
     "{\n",
+    "    if (springls__of_two_bodies(model, i, other)) return true;\n",
     "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -22197,7 +22372,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -22211,7 +22386,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5144 \"springls.h\"\n",
+    "#line 5198 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22338,6 +22513,16 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
+    "/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */\n",
+    "SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float ahead = 0.75f, radius = 1.6f; /* voxels */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;\n",
+    "    if (model->set.overlapped[i]) return true;\n",
+    "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
+    "}\n",
+    "\n",
     "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -22348,7 +22533,8 @@ static const char *const springls__kernel_lines[] = {
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
+    "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (!model->set.mask[i]\n",
     "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
@@ -22371,7 +22557,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is removed.\n",
     "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
@@ -22387,6 +22573,7 @@ static const char *const springls__kernel_lines[] = {
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
+    "        if (springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -22409,7 +22596,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5343 \"springls.h\"\n",
+    "#line 5409 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -22485,7 +22672,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5420 \"springls.h\"\n",
+    "#line 5486 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -22500,7 +22687,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5435 \"springls.h\"\n",
+    "#line 5501 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22515,7 +22702,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5451 \"springls.h\"\n",
+    "#line 5517 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22526,7 +22713,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5462 \"springls.h\"\n",
+    "#line 5528 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22541,7 +22728,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5477 \"springls.h\"\n",
+    "#line 5543 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22552,7 +22739,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5488 \"springls.h\"\n",
+    "#line 5554 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -22655,7 +22842,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5592 \"springls.h\"\n",
+    "#line 5658 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23134,7 +23321,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6072 \"springls.h\"\n",
+    "#line 6138 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23185,6 +23372,11 @@ static const char *const springls__kernel_lines[] = {
     "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
+    "            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {\n",
+    "                if (d2 >= best) continue;\n",
+    "                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */\n",
+    "                count = 0;\n",
+    "            }\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
     "            count++;\n",
     "            if (d2 < best) {\n",
@@ -23200,8 +23392,9 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over\n",
+    "   those of one side. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
@@ -23215,6 +23408,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
@@ -23234,7 +23428,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6173 \"springls.h\"\n",
+    "#line 6246 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23251,7 +23445,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -23259,13 +23453,15 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
-    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of\n",
+    "   the body of springl `of`. */\n",
+    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
@@ -23274,6 +23470,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        weight += estimate.weight;\n",
     "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
@@ -23288,18 +23485,18 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
-    "    if (!springls__has_room(model, x, n)) return seed;\n",
-    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
-    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
-    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
+    "    if (!springls__has_room(model, i, x, n)) return seed;\n",
+    "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
+    "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
+    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
     "    seed.toward = springls__sub(s->p, fit.point);\n",
@@ -23329,7 +23526,8 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
-    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
+    "            || springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -23365,7 +23563,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6305 \"springls.h\"\n",
+    "#line 6382 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -23554,7 +23752,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6495 \"springls.h\"\n",
+    "#line 6572 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -23652,8 +23850,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
+    "    model->set.overlapped[n] = 0;\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
+    "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
     "            s.p = fit.point;\n",
@@ -23665,10 +23864,25 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6607 \"springls.h\"\n",
+    "#line 6685 \"springls.h\"\n",
+    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
+    "   phi is that of their union. */\n",
+    "\n",
+    "/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing\n",
+    "   changes. */\n",
+    "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
+    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    (void)args;\n",
+    "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
+    "}\n",
+    "#line 6699 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
-    "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
+    "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
+    "\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
     "   side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -23681,6 +23895,9 @@ static const char *const springls__kernel_lines[] = {
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
     "    o->edge = springls__at_edge(model, (int)n);\n",
+    "    if (!springls__is_overlapped(model, (int)n)) return;\n",
+    "    o->p.x = SPRINGLS__FAR_AWAY;\n",
+    "    o->edge = 0;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
@@ -24006,7 +24223,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 6949 \"springls.h\"\n",
+    "#line 7046 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24157,7 +24374,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7101 \"springls.h\"\n",
+    "#line 7198 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24187,7 +24404,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7131 \"springls.h\"\n",
+    "#line 7228 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24202,7 +24419,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7147 \"springls.h\"\n",
+    "#line 7244 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24371,7 +24588,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7316 \"springls.h\"\n",
+    "#line 7413 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24386,7 +24603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7331 \"springls.h\"\n",
+    "#line 7428 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24555,7 +24772,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7500 \"springls.h\"\n",
+    "#line 7597 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24586,10 +24803,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (!certain || springls__is_overlapped(model, i) || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7535 \"springls.h\"\n",
+    "#line 7632 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -24638,7 +24855,7 @@ static const char *const springls__kernel_lines[] = {
     "    child.a = model->set.a[i];\n",
     "    child.error = 0.0f;\n",
     "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
-    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
     "    if (!fit.ok) return child;\n",
     "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
     "    child.s.p = fit.point;\n",
@@ -24708,7 +24925,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7655 \"springls.h\"\n",
+    "#line 7752 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -24802,30 +25019,6 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
     "\n",
-    "/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */\n",
-    "SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)\n",
-    "{\n",
-    "    const float radius = 1.6f, same = 1e-4f;\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    bool behind = false;\n",
-    "    int i;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float within = radius + s->bounding_radius, d2;\n",
-    "        springls__tri_plan plan;\n",
-    "        bool here;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 > best + same) continue;\n",
-    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;\n",
-    "        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;\n",
-    "        best = springls__min(best, d2);\n",
-    "    }\n",
-    "    return behind;\n",
-    "}\n",
-    "\n",
     "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
     "   voxel of the square is. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
@@ -24851,6 +25044,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
     "                                         int d2, springls__joint *best)\n",
     "{\n",
+    "    const float near_by = 1.6f; /* voxels */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__joint joint, other;\n",
     "    int to[3];\n",
@@ -24864,8 +25058,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
     "    springls__step_to(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
-    "    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
-    "                                                           0.5f * (float)(from[2] + to[2]))))\n",
+    "    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
+    "                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)\n",
     "        *best = joint;\n",
     "}\n",
     "\n",
@@ -25072,7 +25266,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8020 \"springls.h\"\n",
+    "#line 8094 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25169,7 +25363,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8118 \"springls.h\"\n",
+    "#line 8192 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -25213,7 +25407,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
     "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
     "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
@@ -25222,6 +25417,7 @@ static const char *const springls__kernel_lines[] = {
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
     "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
@@ -25243,7 +25439,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8193 \"springls.h\"\n",
+    "#line 8269 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -25431,11 +25627,13 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
     "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
     "                v = 8 * y + 64 * z;\n",
@@ -25477,7 +25675,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8428 \"springls.h\"\n",
+    "#line 8506 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -25502,7 +25700,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8454 \"springls.h\"\n",
+    "#line 8532 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25746,7 +25944,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = model->set.a[springl];\n",
-    "    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);\n",
+    "    springls__v3 n = springls__springl_normal(model->set.s[springl]);\n",
+    "    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);\n",
     "    return fit.ok ? fit.a : a;\n",
     "}\n",
     "\n",
@@ -25760,7 +25959,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8713 \"springls.h\"\n",
+    "#line 8792 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25793,12 +25992,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
     "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \\\n",
-    "          | SPRINGLS__BIT(ERROR))                                                                                                \\\n",
+    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
     "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \\\n",
     "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
@@ -25847,7 +26047,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 25851 \"springls.h\"\n",
+    "#line 26051 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -26742,6 +26942,13 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
     }
 }
 
+/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
+SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+{
+    uint32_t body = other->model.set.body[j];
+    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+}
+
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
 SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                                const springls__side_rule *rule, bool turn)
@@ -26753,6 +26960,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
+    record.body = springls__body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -26782,6 +26990,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
+    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -26823,6 +27032,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
+    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));

@@ -110,6 +110,55 @@ TEST bodies_part(body_shape shape, double gap)
     PASS();
 }
 
+/* Moves springls with the body that they are of by their correspondences, wherever that is. */
+static void meeting_map(void *user, const float *x, const float *a, int count, float time, float *map)
+{
+    const meeting *m = (const meeting *)user;
+    int i;
+    (void)x;
+    (void)time;
+    memset(map, 0, 12 * (size_t)count * sizeof *map);
+    for (i = 0; i < count; i++) map[12 * i + 3] = (float)((double)a[3 * i] > m->center ? m->speed : -m->speed);
+}
+
+/* Pushed into each other and drawn apart, balls are two again with all their springls where they were; bodies that merge are one
+   in between and have lost what lay inside. */
+TEST balls_pass(springls_contact contact)
+{
+    meeting flow = { BALLS, 23.7, 2.0, 0.0 };
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
+    springls_measures first, m;
+    forces.affine = meeting_map;
+    forces.user = &flow;
+    p.contact = contact;
+    ctx = fixture_context(48, &p);
+    ASSERT_OK(springls_set_implicit(ctx, meeting_distance, &flow));
+    ASSERT_OK(steps(ctx, &step, 5)); /* at rest: the first resampling */
+    ASSERT_OK(springls_measure(ctx, &first));
+    flow.speed = -2.0;
+    ASSERT_OK(steps(ctx, &step, 20)); /* two voxels deep */
+    flow.speed = 0.0;
+    ASSERT_OK(steps(ctx, &step, 10));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    ASSERT_LT(m.volume, 0.99 * first.volume);
+    flow.speed = 2.0;
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(contact == SPRINGLS_CONTACT_SEPARATE ? 2 : 1, m.components);
+    if (contact == SPRINGLS_CONTACT_SEPARATE) {
+        ASSERT_EQ(4, m.euler);
+        ASSERT_IN_RANGE(first.volume, m.volume, 5e-3 * first.volume);
+        ASSERT_LT(displaced(ctx), 0.1);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* ---- the rules, alone ---- */
 
 /* Springls side by side in a square across z, at height z, facing up (1) or down (-1). */
@@ -277,6 +326,8 @@ SUITE(contact)
     RUN_TESTp(bodies_part, BALLS, 0.25);
     RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
     RUN_TESTp(bodies_part, FINGERS, 0.25);
+    RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE);
+    RUN_TESTp(balls_pass, SPRINGLS_CONTACT_MERGE);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 1);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
