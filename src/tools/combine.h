@@ -346,6 +346,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
     if (ctx->last_body) ctx->last_body += other->last_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
