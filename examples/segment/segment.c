@@ -238,7 +238,7 @@ static bool find_objects(struct segment *run)
 int main(int argc, char **argv)
 {
     struct segment run = {.settings = {.init = "sphere", .region_means = "band", .level = (double)NAN, .pressure = 1.0,
-                                       .curvature = 0.05, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
+                                       .curvature = 0.06, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
                                        .frame = -1, .center = {NAN, NAN, NAN}}};
     const struct segment_settings *set = &run.settings;
     run.settings.common = cli_common_defaults();

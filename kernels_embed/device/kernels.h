@@ -9,6 +9,7 @@
 #include "../model/neighbors.h"
 #include "../stages/advect.h"
 #include "../stages/contract.h"
+#include "../stages/cover.h"
 #include "../stages/evolve.h"
 #include "../stages/fill_from_springls.h"
 #include "../stages/fill_gaps.h"
@@ -33,6 +34,8 @@
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \

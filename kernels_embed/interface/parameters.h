@@ -50,6 +50,7 @@ typedef struct springls_params {
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */

@@ -13,7 +13,7 @@
 #include "../solver/step.h"
 #include "set_level_set.h"
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;

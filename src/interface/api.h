@@ -308,9 +308,11 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
                                             const float *particles);
 
-/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
-   follow their parent. NULL: all relax. */
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+/* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
+   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
+   still replace or remove kept springls. */
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
@@ -523,7 +525,9 @@ SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 /* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
+/* Writes surfels (section 6), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. The normal is that of
+   phi at the particle; where phi has no gradient, as between the sides of a thin sheet or beyond the narrow band, that of the
+   triangle. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
@@ -892,9 +896,10 @@ typedef struct springls_stats {
 /* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
+   coverage: the springls' area over the zero level's. */
 typedef struct springls_measures {
-    double volume, area;
+    double volume, area, coverage;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;

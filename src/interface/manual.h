@@ -89,6 +89,7 @@
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
@@ -104,6 +105,7 @@
      fill_gaps            every   every
      contract             every   every
      resample             every   every
+     relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
@@ -123,6 +125,7 @@
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
                                                    one iteration of eq. 23 would move phi: see CURVATURE
      evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
+     cover = 1                relax                ends with triangles that cover the surface: see COVERAGE
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -173,6 +176,7 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
+                cover                1: triangles cover the surface, see COVERAGE        1         0
                 relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -228,6 +232,22 @@
                                        is near; elsewhere it comes to rest lambda times the curvature off the springls
 
    Steps are stable up to about one voxel^2 of weight times dt.
+
+
+   COVERAGE
+
+   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
+   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
+   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
+   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   further apart, fill_gaps adds some.
+
+   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
+   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
+   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
 
    SHARP EDGES
@@ -311,8 +331,8 @@
 
      - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
        ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls are the kinship: two components are related when at least a tenth of the springls of one, and three or more than
-       half, are in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
+       in the other. A component without springls of another one is born; one that leaves none behind has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -424,7 +444,7 @@
      - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
        fallen half a voxel behind, and never catches up.
      - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
-       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+       longest edge of 1.5 voxels, which makes about ten times as many springls as the paper counts.
      - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
        moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
@@ -438,6 +458,10 @@
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
+     - stop_at_topology holds a springl back where phi falls along a motion with its normal, or grows along one against it.
+       Eq. 24 as printed takes grad phi . n for the direction of the motion: it would hold every springl that moves inward,
+       and none that runs outward into another sheet. Motions of less than 0.05 voxel along the normal, or more along the
+       surface than along the normal, are free.
      - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
      - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
@@ -452,14 +476,14 @@
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
-     section 2.3.2      springls_extract_surfels
+     section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
      section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC

@@ -18,7 +18,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_body = 0;
-    ctx->components_known = ctx->volumes_locked = false;
+    ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);

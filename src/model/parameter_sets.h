@@ -25,6 +25,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.kappa_ext = 1.0f;
     p.relax_step_length = 0.1f;
     p.relax_step_rotation = 0.1f;
+    p.cover = 0;
     p.relax_same_side = 0;
     p.contract_distance = 0.625f; /* (1 + 0.25) d_max */
     p.min_angle = 20.0f;
@@ -72,6 +73,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.5f;
+    p.cover = 1;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -118,6 +120,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(cover, 0, 1);
     SPRINGLS__IN(relax_same_side, 0, 1);
     SPRINGLS__IN(reshape, 0, 1);
     SPRINGLS__IN(resample_last, 0, 1);

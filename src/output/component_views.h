@@ -11,11 +11,11 @@
 /* Completes a step in progress, and finds the components of a model that has changed since. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
-    if (!springls__follows_components(ctx))
+    if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
@@ -31,7 +31,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
     shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
     *components = shown;
     *count = ctx->component_count;
     return SPRINGLS_OK;

@@ -12,6 +12,23 @@
 #include "../solver/step.h"
 #include "isosurface.h"
 
+/* Returns the area of all springls, world units. */
+SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
+{
+    double sum = 0.0;
+    float corners[9];
+    springls__tri t;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
+        t.a = springls__v3_make(corners[0], corners[1], corners[2]);
+        t.b = springls__v3_make(corners[3], corners[4], corners[5]);
+        t.c = springls__v3_make(corners[6], corners[7], corners[8]);
+        sum += 0.5 * (double)springls__length(springls__tri_area2(t));
+    }
+    return sum;
+}
+
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
     springls__raw_mesh raw;
@@ -32,6 +49,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
     memcpy(out->upper, report.hi, sizeof out->upper);
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    out->coverage = report.area > 0.0 ? springls__springls_area(ctx) / report.area : 0.0;
     out->components = report.components;
     out->euler = report.euler;
     return SPRINGLS_OK;

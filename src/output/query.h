@@ -213,7 +213,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
 }
 
 /* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
-SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
+                                                                int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
     springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
@@ -262,7 +263,8 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
 /* ---- on the springls ---- */
 
 /* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__surface_hit material;
     springls__tri t;
@@ -336,11 +338,12 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     int springl;
     springls__hit_none(out);
     if (!h->found) return;
-    springl = q->cells ? springls__springl_at(ctx, h)
-                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    if (q->cells) springl = springls__springl_at(ctx, h);
+    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
     springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
-    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
+                        : springls__material_at(ctx, springl, h->place);
     *guess = material.triangle;
     springls__hit_material(ctx, &material, out);
 }
@@ -404,8 +407,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
-                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
                                            | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {

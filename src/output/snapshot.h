@@ -45,7 +45,7 @@ typedef struct springls__snapshot_state {
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
-    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint8_t components_found, components_fresh, volumes_locked, pad;
     uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
@@ -191,7 +191,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components = ctx->component_count;
     s->events = ctx->event_count;
     s->event_parts = ctx->event_part_count;
-    s->components_known = ctx->components_known;
+    s->components_found = ctx->components_found;
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
@@ -440,10 +440,10 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
     int i;
     for (i = 0; i < s->components; i++) {
         memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
         if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.seen.id;
+        before = c.view.id;
     }
     return true;
 }
@@ -670,7 +670,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
     ctx->last_body = s->last_body;
-    ctx->components_known = s->components_known != 0;
+    ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;

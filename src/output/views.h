@@ -64,16 +64,24 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     return SPRINGLS_OK;
 }
 
+/* Returns the direction of grad phi at a springl's particle (section 6); the normal of its triangle where phi has next to no
+   gradient. */
+SPRINGLS__FN springls__v3 springls__surfel_normal(const springls__grid *g, springls__springl s)
+{
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    return springls__length2(gradient) > 0.01f ? gradient : springls__springl_normal(s);
+}
+
 /* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
+        springls__v3 n = springls__normal_to_world(ctx, springls__surfel_normal(&ctx->model.grid, *s));
         float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;

@@ -74,7 +74,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
         springls__tri t = springls__level_triangle(cell, mask, at, k);
         float weight[3];
         double along;
-        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
+        if (ray->best.found && along == ray->t_max) continue;
         ray->t_max = along;
         ray->best.found = true;
         ray->best.place = springls__tri_point(t, weight);
@@ -155,8 +156,8 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 
 /* ---- the closest point ---- */
 
-/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
-   of voxels are lower bounds of them. */
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
+   boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
     float weight[3];            /* model units that a voxel along each axis is at least                         */
@@ -308,8 +309,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
-   there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
+   where there are none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -319,9 +320,11 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     for (k = 0; k < 3; k++) {
         int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
         if (lower > 0)
-            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
         if (upper < g->bricks[k])
-            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
     }
     return bound;
 }
@@ -403,8 +406,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
-   search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
+   the search still holds of the one before saves time and cannot change the result. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -419,7 +422,8 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
         center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
     }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;

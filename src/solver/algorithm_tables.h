@@ -35,13 +35,13 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 /* Returns true when components have ids, but no volumes to keep. */
 SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+    return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
 /* Returns true when the model has changed since its components were found, or they have not been found yet. */
 SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+    return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
 
 /* Returns true when contract will use phi as it was before the springls moved. */
@@ -63,6 +63,13 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 }
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
+/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+        && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
+}
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
@@ -120,10 +127,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        springls__forget_targets(ctx);
+        springls__clear_target_volumes(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
-    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -229,7 +236,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -246,7 +253,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -266,6 +273,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -278,6 +286,7 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 

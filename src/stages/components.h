@@ -1,34 +1,36 @@
-/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
-   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
+   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
    volumes that components are to keep (volume_lock.h). */
 #ifndef SPRINGLS__STAGES_COMPONENTS_H
 #define SPRINGLS__STAGES_COMPONENTS_H
 
+#include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "label_components.h"
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
-    springls_component seen;
+    springls_component view;
     double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
 /* The components that a springl bounds now, -1: none. */
-typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
 
 /* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__link { int32_t before, now; } springls__link;
+typedef struct springls__component_link { int32_t before, now; } springls__component_link;
 
 /* The components before and now, and what links them. */
-typedef struct springls__kinship {
+typedef struct springls__component_graph {
     const springls__component *before;
     int before_count;
     springls__labels labels;
-    springls__place_now *place;   /* one a springl                          */
-    springls__link *link;         /* by `before`, then by `now`             */
+    springls__springl_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `before`, then by `now`             */
+    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
     int link_count;
-} springls__kinship;
+} springls__component_graph;
 
 SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
 {
@@ -41,27 +43,27 @@ SPRINGLS__FN int32_t springls__find_component(const springls__component *list, i
     int low = 0, high = count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if (list[middle].seen.id < id) low = middle + 1;
+        if (list[middle].view.id < id) low = middle + 1;
         else high = middle;
     }
-    return low < count && list[low].seen.id == id ? low : -1;
+    return low < count && list[low].view.id == id ? low : -1;
 }
 
 /* Returns true when components have ids that last. */
-SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
 {
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Forgets the components: ids go on where they were. */
-SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+/* Clears the list of components: ids go on where they were. */
+SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
-    ctx->components_known = ctx->components_fresh = false;
+    ctx->components_found = ctx->components_fresh = false;
 }
 
-/* Forgets the volumes that components are to keep: the next step measures them. */
-SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+/* Clears the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
@@ -72,22 +74,36 @@ SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
 
 SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
 
-/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
-SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+typedef struct springls__place_job {
+    const springls_context *ctx;
+    springls__component_graph *graph;
+} springls__place_job;
+
+/* Finds what springls bound now. */
+SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
+{
+    const springls__place_job *job = (const springls__place_job *)arg;
+    for (; begin < end; begin++)
+        springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p,
+                                &job->graph->place[begin].body, &job->graph->place[begin].cavity);
+}
+
+/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
+                                            int64_t *count)
 {
     const springls__constellation *set = &ctx->model.set;
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
         int32_t before[2], now[2];
-        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
-        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
-        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
-        now[0] = k->place[i].body;
-        now[1] = k->place[i].cavity;
+        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
+        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
+        now[0] = graph->place[i].body;
+        now[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
             if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (now[c] >= 0) count[graph->before_count + now[c]]++;
             if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
         }
     }
@@ -99,134 +115,176 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springl
 SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
 
 /* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count,
+                                          const int64_t *count)
 {
     size_t i = 0, first;
-    k->link_count = 0;
+    graph->link_count = 0;
     while (i < vote_count) {
-        springls__link link;
+        springls__component_link link;
         int64_t votes_here;
         link.before = (int32_t)(votes[i] >> 32);
         link.now = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
-            k->link[k->link_count++] = link;
+        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before])
+            || springls__is_link(votes_here, count[graph->before_count + link.now]))
+            graph->link[graph->link_count++] = link;
     }
 }
 
+/* Sorts links by what is now. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+{
+    int i;
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    springls__sort_keys(key, (size_t)graph->link_count);
+    graph->link_by_now = graph->link + graph->link_count;
+    for (i = 0; i < graph->link_count; i++) {
+        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
+        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+    }
+}
+
+/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
+                                                                bool now, int *count)
+{
+    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    int low = 0, high = graph->link_count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        else high = middle;
+    }
+    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    *count = high - low;
+    return list + low;
+}
+
 /* Finds the components as they are now, and links them to those before. */
-SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
     uint64_t *vote;
     int64_t *count;
-    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
-    k->before = springls__component_list(ctx);
-    k->before_count = ctx->component_count;
-    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    springls__place_job job;
+    SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
+    graph->before = springls__component_list(ctx);
+    graph->before_count = ctx->component_count;
+    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    k->place = springls__places_now(&ctx->model);
+    graph->place = springls__places_now(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
-    votes = springls__collect_votes(ctx, k, vote, count);
+    job.ctx = ctx;
+    job.graph = graph;
+    springls__parallel(ctx, ctx->model.set.count, 512, springls__place_springls_task, &job);
+    votes = springls__collect_votes(ctx, graph, vote, count);
     springls__sort_keys(vote, votes);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
-    k->link = springls__component_links(&ctx->model);
-    springls__link_by_votes(k, vote, votes, count);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
+    graph->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(graph, vote, votes, count);
+    springls__sort_links_by_now(graph, vote);
     return SPRINGLS_OK;
 }
 
 /* ---- ids ---- */
 
-/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
-   -1: none. */
-SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+/* Returns a key that sorts component i of a list by its volume, the largest first; those of equal volume by i. */
+SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
 {
-    int32_t i, best = -1;
-    for (i = 0; i < k->before_count; i++)
-        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
-    return best;
+    float size = springls__max((float)volume, 0.0f);
+    uint32_t bits;
+    memcpy(&bits, &size, sizeof bits);
+    return (uint64_t)(~bits) << 32 | (uint64_t)i;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
-SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
+   ones. */
+SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = k->labels.item;
-    uint8_t *done;
-    int32_t before;
-    int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
-    done = springls__component_done(&ctx->model);
-    memset(done, 0, (size_t)k->before_count);
-    while ((before = springls__next_heir(k, done)) >= 0) {
-        int32_t largest = -1;
-        for (i = 0; i < k->link_count; i++) {
-            int32_t now = k->link[i].now;
-            if (k->link[i].before != before || item[now].id) continue;
-            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+    springls__component_now *item = graph->labels.item;
+    uint64_t *order;
+    int i, k;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    order = springls__component_order(&ctx->model);
+    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->before_count);
+    for (k = 0; k < graph->before_count; k++) {
+        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+        int links;
+        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        for (i = 0; i < links; i++) {
+            int32_t now = link[i].now;
+            if (item[now].id) continue;
+            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
         }
-        done[before] = 1;
-        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+        if (largest >= 0) item[largest].id = graph->before[before].view.id;
     }
-    for (i = 0; i < k->labels.count; i++)
+    for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
     return SPRINGLS_OK;
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
                                            springls_component *out)
 {
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    const springls__surface_sums *sums = &item->surface;
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
     memset(out, 0, sizeof *out);
     out->id = item->id;
     out->cavity = item->cavity;
-    out->volume = item->volume * scale;
-    out->area = item->world_area;
+    out->volume = sums->volume * scale;
+    out->area = sums->world_area;
     out->correction = item->moved;
-    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
-                                                    (float)(item->moment[2] * weight)), out->center);
+    springls__voxel_to_world(ctx, springls__v3_make((float)(sums->moment[0] * weight), (float)(sums->moment[1] * weight),
+                                                    (float)(sums->moment[2] * weight)), out->center);
 }
 
 /* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
-SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__place_now now = k->place[i];
-        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+        springls__springl_components now = graph->place[i];
+        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of the components now, besides that of those before, which stays. */
+/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
 /* Replaces the list by the components now, by ascending ids. */
-SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    uint64_t *order = springls__component_order(&ctx->model);
     springls__buffer memory = ctx->component_memory;
-    int i, j;
-    for (i = 0; i < k->labels.count; i++) {
-        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
-        memset(&list[j], 0, sizeof *list);
-        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
-        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    int i;
+    for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
+    springls__sort_keys(order, (size_t)graph->labels.count);
+    for (i = 0; i < graph->labels.count; i++) {
+        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        memset(&list[i], 0, sizeof *list);
+        springls__write_component_view(ctx, item, &list[i].view);
+        springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
     }
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
-    ctx->component_count = k->labels.count;
-    ctx->components_known = ctx->components_fresh = true;
+    ctx->component_count = graph->labels.count;
+    ctx->components_found = ctx->components_fresh = true;
 }
 
 /* ---- which label is whose ---- */
@@ -254,8 +312,8 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
-        if (label >= 0) id[label] = c->seen.id;
+        int32_t label = springls__component_of_voxel(g, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        if (label >= 0) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
 }

@@ -95,8 +95,8 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 
 /* ---- the list ---- */
 
-/* Forgets the events so far. */
-SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+/* Clears the list of events. */
+SPRINGLS__FN void springls__clear_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
 
 /* Appends an event without parts. */
 SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
@@ -116,19 +116,11 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
 {
     springls_component part;
-    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[now], &part);
     springls__add_event_part(ctx, &part);
-}
-
-/* Returns how many links a component before has, or one of now. */
-SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
-{
-    int i, n = 0;
-    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
-    return n;
 }
 
 /* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
@@ -141,8 +133,8 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
 }
 
 /* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
-SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
-                                                     int32_t now, springls_event *event)
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
+                                                     int32_t before, int32_t now, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -155,11 +147,12 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t was = springls__find_component(k->before, k->before_count, id);
-        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
-        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
+        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (component_before < 0 || component_now < 0) continue;
+        if (before >= 0 ? component_before != before : component_now != now) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? is : was;
+        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
@@ -167,54 +160,57 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 }
 
 /* Lists the deaths and splits of a component before. */
-SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
+                                                            int32_t before)
 {
-    const springls_component *seen = &k->before[before].seen;
-    int parts = springls__links_of(k, before, -1), i;
+    const springls_component *view = &graph->before[before].view;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
-    springls__add_event_part(ctx, seen);
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
-    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__add_event_part(ctx, view);
+    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
+    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists the births and mergers of a component of now. */
-SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
+                                                             int32_t now)
 {
-    int parts = springls__links_of(k, -1, now), i;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
+                                graph->labels.item[now].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
-    springls__add_part_now(ctx, k, now);
-    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
+    springls__add_part_now(ctx, graph, now);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
    still. On failure the list stays as it was. */
-SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
-    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
     ctx->event_part_count = parts;
@@ -224,29 +220,29 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 /* ---- following ---- */
 
 /* Finds the components as they are now, and their ids. */
-SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
-    SPRINGLS__TRY(springls__find_kinship(ctx, k));
-    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
-    return springls__component_list_reserve(ctx, k->labels.count);
+    SPRINGLS__TRY(springls__link_components(ctx, graph));
+    SPRINGLS__TRY(springls__assign_component_ids(ctx, graph));
+    return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
 /* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
-SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
-    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
-    springls__store_components(ctx, k);
-    springls__label_springls(ctx, k);
+    if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));
+    springls__store_components(ctx, graph);
+    springls__label_springls(ctx, graph);
     return SPRINGLS_OK;
 }
 
 /* Follows the components without keeping their volumes. */
-SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 {
-    springls__kinship k;
+    springls__component_graph graph;
     SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
-    SPRINGLS__TRY(springls__begin_following(ctx, &k));
-    return springls__end_following(ctx, &k);
+    SPRINGLS__TRY(springls__identify_components(ctx, &graph));
+    return springls__commit_components(ctx, &graph);
 }
 
 #endif

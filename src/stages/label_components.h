@@ -10,28 +10,40 @@
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
+#include "../runtime/parallel.h"
 #include "../model/grid.h"
 #include "../model/transform.h"
 
+/* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
+typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
+
 /* A component of phi as it is now. */
 typedef struct springls__component_now {
-    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
-    double world_area;
+    springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
-    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
 } springls__component_now;
 
-/* The components of phi as it is now, and the label of every voxel. */
+/* What one component has in one brick, as a node of the forest. */
+typedef struct springls__node_sums {
+    springls__surface_sums surface;
+    int32_t deepest; /* voxel of active bricks furthest from the surface; -1: in a constant brick */
+    float depth;
+    bool outside;
+} springls__node_sums;
+
+/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+   then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
     springls__component_now *item;
     int count;
-    const int32_t *rank;    /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
-    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
-    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
-    int32_t voxels;         /* nodes that are voxels                                                            */
+    const int32_t *rank;     /* slot -> place in `active`                                                       */
+    const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
+    int32_t *node;           /* parent of a node; when all are joined, its component, -1: the exterior          */
+    springls__node_sums *sums; /* one a node, while they are joined                                             */
+    int32_t first_brick;     /* node of the first brick                                                         */
     double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
 } springls__labels;
 
@@ -39,25 +51,30 @@ typedef struct springls__labels {
 SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
-    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__brick_at(g, x, y, z);
+    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
 }
 
-/* Finds the voxel of a node that is one. */
-SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
+/* Returns the node of the exterior. */
+SPRINGLS__FN int32_t springls__exterior_node(const springls__grid *g, const springls__labels *l)
 {
-    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
-    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    return l->first_brick + (int32_t)springls__brick_count(g);
+}
+
+/* Finds the coordinates of voxel i of active bricks. */
+SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, int32_t voxel[3])
+{
+    int v = i % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
     voxel[0] = origin[0] + (v & 7);
     voxel[1] = origin[1] + (v >> 3 & 7);
     voxel[2] = origin[2] + (v >> 6);
 }
 
-/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
-SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+/* Returns the component of a voxel of the domain; -1: the exterior. */
+SPRINGLS__FN int32_t springls__component_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
-    if (node >= l->voxels) node = springls__find_root(l->parent, node);
-    return node < l->voxels ? l->label[node] : -1;
+    return l->node[springls__label_node(g, l, x, y, z)];
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -69,20 +86,122 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* ---- connection ---- */
+/* ---- connection within a brick ---- */
 
-/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
-SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
+/* Voxels of a brick, a bit each: a word a layer of z, a byte of it a row of y. */
+typedef struct springls__voxel_bits { uint64_t layer[SPRINGLS__BRICK]; } springls__voxel_bits;
+
+/* Finds the voxels of the domain in the brick at `origin`, and those of them that are inside. */
+SPRINGLS__FN void springls__find_inside_bits(const springls__grid *g, int slot, springls__voxel_bits *domain,
+                                             springls__voxel_bits *inside)
 {
-    int x;
-    bool joined = false; /* with the voxels before */
-    for (x = 0; x < length; x++) {
-        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
-        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
-        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
-        joined = agrees;
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int origin[3], v, z;
+    springls__slot_origin(g, slot, origin);
+    for (z = 0; z < SPRINGLS__BRICK; z++) {
+        uint64_t in = 0, valid = 0;
+        for (v = 0; v < 64; v++) {
+            in |= (uint64_t)(phi[64 * z + v] < 0.0f) << v;
+            valid |= (uint64_t)(origin[0] + (v & 7) < g->size[0] && origin[1] + (v >> 3) < g->size[1]) << v;
+        }
+        domain->layer[z] = origin[2] + z < g->size[2] ? valid : 0;
+        inside->layer[z] = in & domain->layer[z];
     }
 }
+
+/* Grows a set of voxels of a layer by one through faces. */
+SPRINGLS__FN uint64_t springls__grow_layer(uint64_t bits)
+{
+    const uint64_t low = 0x0101010101010101u, high = 0x8080808080808080u;
+    return bits | (bits & ~high) << 1 | (bits & ~low) >> 1 | bits << 8 | bits >> 8;
+}
+
+/* Grows a set of voxels through faces as far as `within` goes. */
+SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__voxel_bits *set)
+{
+    bool grows = true;
+    while (grows) {
+        int k;
+        grows = false;
+        for (k = 0; k < 2 * SPRINGLS__BRICK; k++) { /* upwards, then downwards */
+            int z = k < SPRINGLS__BRICK ? k : 2 * SPRINGLS__BRICK - 1 - k;
+            uint64_t before = set->layer[z], bits = before, grown;
+            if (z > 0) bits |= set->layer[z - 1];
+            if (z < SPRINGLS__BRICK - 1) bits |= set->layer[z + 1];
+            bits &= within->layer[z];
+            while ((grown = springls__grow_layer(bits) & within->layer[z]) != bits) bits = grown;
+            set->layer[z] = bits;
+            grows = grows || bits != before;
+        }
+    }
+}
+
+/* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
+SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
+                                           springls__voxel_bits *set)
+{
+    springls__voxel_bits within;
+    uint64_t first;
+    int z = 0, k;
+    while (z < SPRINGLS__BRICK && !left->layer[z]) z++;
+    if (z == SPRINGLS__BRICK) return false;
+    first = left->layer[z] & (~left->layer[z] + 1);
+    for (k = 0; k < SPRINGLS__BRICK; k++) {
+        within.layer[k] = left->layer[k] & (inside->layer[z] & first ? inside->layer[k] : ~inside->layer[k]);
+        set->layer[k] = k == z ? first : 0;
+    }
+    springls__flood(&within, set);
+    for (k = 0; k < SPRINGLS__BRICK; k++) left->layer[k] &= ~set->layer[k];
+    return true;
+}
+
+typedef struct springls__label_job {
+    const springls__grid *g;
+    const springls__labels *l;
+    int32_t *voxel;     /* those of l                               */
+    int32_t *nodes;     /* of an active brick; scanned: before it   */
+} springls__label_job;
+
+/* Numbers what is connected within each brick, in the order of first voxels; -1: beyond the domain. */
+SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    for (; begin < end; begin++) {
+        int32_t *voxel = job->voxel + (size_t)begin * SPRINGLS__BRICK_VOXELS, n = 0;
+        springls__voxel_bits left, inside, set;
+        int v;
+        springls__find_inside_bits(job->g, job->g->active[begin], &left, &inside);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) voxel[v] = -1;
+        for (; springls__take_connected(&inside, &left, &set); n++)
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+                if (set.layer[v >> 6] >> (v & 63) & 1u) voxel[v] = n;
+        job->nodes[begin] = n;
+    }
+}
+
+/* Makes numbers within bricks nodes, and finds the voxel of each node that is furthest from the surface. */
+SPRINGLS__FN void springls__number_nodes_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    const int32_t exterior = springls__exterior_node(job->g, job->l);
+    for (; begin < end; begin++) {
+        const float *phi = job->g->phi + (size_t)job->g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        int32_t first = begin * SPRINGLS__BRICK_VOXELS;
+        int v;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            bool valid = job->voxel[first + v] >= 0;
+            int32_t node = job->voxel[first + v] = valid ? job->nodes[begin] + job->voxel[first + v] : exterior;
+            springls__node_sums *sums = &job->l->sums[node];
+            float depth = springls__fabs(phi[v]);
+            if (!valid || (sums->deepest >= 0 && depth <= sums->depth)) continue;
+            sums->deepest = first + v;
+            sums->depth = depth;
+            sums->outside = !(phi[v] < 0.0f);
+        }
+    }
+}
+
+/* ---- connection of bricks ---- */
 
 /* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
 SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
@@ -91,33 +210,18 @@ SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int orig
     for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
 }
 
-/* Joins the voxels of active brick i with each other. */
-SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
-{
-    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int32_t first = i * SPRINGLS__BRICK_VOXELS;
-    int origin[3], extent[3], x, y, z;
-    springls__slot_origin(g, g->active[i], origin);
-    springls__brick_extent(g, origin, extent);
-    for (z = 0; z < extent[2]; z++)
-        for (y = 0; y < extent[1]; y++) {
-            int32_t row = 8 * y + 64 * z;
-            for (x = 1; x < extent[0]; x++)
-                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
-                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
-            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
-            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
-        }
-}
-
 /* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
 SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
 {
+    int32_t other;
     if (!springls__grid_contains(g, to[0], to[1], to[2])) {
-        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
-    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
-        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+        if (inside) return;
+        other = springls__exterior_node(g, l);
+    } else {
+        if (inside != (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) return;
+        other = springls__label_node(g, l, to[0], to[1], to[2]);
     }
+    if (l->node[node] != other && l->node[other] != node) springls__join_trees(l->node, node, other);
 }
 
 /* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
@@ -137,22 +241,33 @@ SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels 
             v = springls__voxel_in_brick(at[0], at[1], at[2]);
             for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
             to[axis] += d & 1 ? 1 : -1;
-            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+            springls__join_across(g, l, l->voxel[i * SPRINGLS__BRICK_VOXELS + v], phi[v] < 0.0f, to);
         }
+}
+
+/* Joins active brick i with those beside it: where the one beside is active too, that one does it for lower faces. */
+SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    int origin[3], d;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 6; d++) {
+        int x = origin[0] - 8 * (d == 0), y = origin[1] - 8 * (d == 2), z = origin[2] - 8 * (d == 4);
+        if (!(d & 1) && springls__grid_contains(g, x, y, z) && springls__slot_at(g, x, y, z) >= SPRINGLS__FIRST_SLOT) continue;
+        springls__join_face(g, l, i, d);
+    }
 }
 
 /* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
 SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
 {
-    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
     int place[3], axis, stride = 1;
     springls__brick_place(g, brick, place);
     for (axis = 0; axis < 3; axis++) {
         bool last = place[axis] == g->bricks[axis] - 1;
         if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->parent, l->voxels + brick, exterior);
+            springls__join_trees(l->node, l->first_brick + brick, springls__exterior_node(g, l));
         if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+            springls__join_trees(l->node, l->first_brick + brick, l->first_brick + brick + stride);
         stride *= g->bricks[axis];
     }
 }
@@ -164,154 +279,124 @@ typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], 
 
 typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
 
-/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
-SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
+/* Active brick `rank`, whose cubes are visited. */
+typedef struct springls__cube_walk {
+    springls__cube_range range;
+    int rank;
+    float tile[SPRINGLS__TILE_VOXELS];
+} springls__cube_walk;
+
+/* Returns the node of a corner of the cube at (x, y, z) of the brick; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const springls__cube_walk *walk,
+                                           int x, int y, int z, int corner)
 {
-    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
-    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    x += corner & 1;
+    y += corner >> 1 & 1;
+    z += corner >> 2;
+    if (!((x | y | z) & ~7)) return l->voxel[walk->rank * SPRINGLS__BRICK_VOXELS + x + 8 * y + 64 * z];
+    x += walk->range.origin[0];
+    y += walk->range.origin[1];
+    z += walk->range.origin[2];
+    if (!springls__grid_contains(g, x, y, z)) return springls__exterior_node(g, l);
     return springls__label_node(g, l, x, y, z);
 }
 
 /* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x,
+                                       int y, int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__mc_cell cell = springls__tile_cube(walk->tile, x, y, z);
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m;
     springls__labelled_triangle triangle;
-    if (count == 0) return;
-    at[0] = range->origin[0] + x;
-    at[1] = range->origin[1] + y;
-    at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
             int other = corner | 1 << springls__mc_edge_axis(edge);
             bool inside = springls__mc_inside(cell.phi[corner]) != 0;
-            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
-            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+            triangle.inner[m] = springls__corner_node(g, l, walk, x, y, z, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
-        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        triangle.t = springls__cube_triangle(&walk->range, cell, mask, x, y, z, k);
         visit(l, &triangle);
     }
+}
+
+/* Finds which voxels of a row of a tile are inside, a bit each. */
+SPRINGLS__FN uint32_t springls__row_bits(const float *row)
+{
+    uint32_t bits = 0;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) bits |= (uint32_t)(row[x] < 0.0f) << x;
+    return bits;
 }
 
 /* Visits all triangles of the zero level. */
 SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+    const int across = SPRINGLS__TILE;
+    springls__cube_walk walk;
+    uint32_t inside[SPRINGLS__TILE * SPRINGLS__TILE];
+    int x, y, z, row;
+    for (walk.rank = 0; walk.rank < g->active_count; walk.rank++) {
+        walk.range = springls__brick_cubes(g, g->active[walk.rank]);
+        springls__load_tile(g, g->phi, g->active[walk.rank], springls__alone(), walk.tile);
+        for (row = 0; row < across * across; row++) inside[row] = springls__row_bits(walk.tile + across * row);
+        for (z = walk.range.lo[2]; z <= walk.range.hi[2]; z++)
+            for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
+                const uint32_t *bits = inside + (y + 1) + across * (z + 1);
+                uint32_t some = bits[0] | bits[1] | bits[across] | bits[across + 1];
+                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1];
+                uint32_t mixed = (some | some >> 1) & ~(all & all >> 1); /* corners of either side */
+                for (x = walk.range.lo[0]; mixed && x <= walk.range.hi[0]; x++)
+                    if (mixed >> (x + 1) & 1u) springls__visit_cube(g, l, &walk, x, y, z, visit);
+            }
     }
-}
-
-SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
-{
-    int m;
-    for (m = 1; m < 3; m++) {
-        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
-        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
-    }
-}
-
-/* ---- labels ---- */
-
-/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
-   roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
-{
-    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
-    l->count = 0;
-    for (i = 0; i < l->voxels; i++) {
-        int32_t root = springls__find_root(l->parent, i);
-        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
-        if (root != i) {
-            l->label[i] = root < l->voxels ? l->label[root] : -1;
-            continue;
-        }
-        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
-                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
-    }
-}
-
-/* Points at the labels that the context keeps, and at the list of components. */
-SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
-{
-    springls__labels l;
-    memset(&l, 0, sizeof l);
-    l.rank = (const int32_t *)ctx->label_rank.data;
-    l.parent = (int32_t *)ctx->label_parent.data;
-    l.label = (int32_t *)ctx->label_memory.data;
-    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
-    l.count = ctx->label_count;
-    return l;
-}
-
-/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
-SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
-    int32_t i;
-    int d;
-    ctx->labels_fresh = false;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
-    ctx->labelled_bricks = g->active_count;
-    *l = springls__kept_labels(ctx);
-    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
-    for (i = 0; i < g->active_count; i++) {
-        springls__join_within_brick(g, l, i);
-        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
-    }
-    springls__visit_triangles(g, l, springls__join_triangle);
-    springls__number_components(g, l);
-    ctx->label_count = l->count;
-    ctx->labels_fresh = true;
-    return SPRINGLS_OK;
 }
 
 /* ---- measures ---- */
 
-/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
-SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+/* Finds the area of a triangle, and the tetrahedron that it makes with the origin. */
+SPRINGLS__FN springls__surface_sums springls__triangle_sums(const springls__labels *l, springls__tri t)
 {
     springls__v3 area2 = springls__tri_area2(t);
     const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
     const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
                             (double)t.a.z + (double)t.b.z + (double)t.c.z };
-    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    springls__surface_sums out;
     double world2 = 0.0;
     int c;
+    out.volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (1.0 / 6.0);
     for (c = 0; c < 3; c++) {
         double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
         world2 += w * w;
-        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+        out.moment[c] = 0.25 * out.volume * sum[c];
     }
-    item->area += 0.5 * (double)springls__length(area2);
-    item->world_area += 0.5 * sqrt(world2);
-    item->volume += volume;
+    out.area = 0.5 * (double)springls__length(area2);
+    out.world_area = 0.5 * sqrt(world2);
+    return out;
 }
 
-SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+SPRINGLS__FN void springls__add_sums(springls__surface_sums *to, const springls__surface_sums *by, double sign)
 {
-    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
-    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
-    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+    int c;
+    to->volume += sign * by->volume;
+    for (c = 0; c < 3; c++) to->moment[c] += sign * by->moment[c];
+    to->area += by->area;
+    to->world_area += by->world_area;
 }
 
+/* Joins what a triangle connects on either side, and measures it. */
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int m;
+    springls__add_sums(&l->sums[triangle->inner[0]].surface, &sums, 1.0);
+    springls__add_sums(&l->sums[triangle->outer[0]].surface, &sums, -1.0);
+    for (m = 1; m < 3; m++) {
+        if (triangle->inner[m] != triangle->inner[0]) springls__join_trees(l->node, triangle->inner[0], triangle->inner[m]);
+        if (triangle->outer[m] != triangle->outer[0]) springls__join_trees(l->node, triangle->outer[0], triangle->outer[m]);
+    }
+}
 
 /* Finds the matrix of directed areas: the cofactors of voxel -> world. */
 SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
@@ -325,31 +410,113 @@ SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double ou
         }
 }
 
-/* Notes the side of a component, and its voxel furthest from the surface. */
-SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+/* ---- labels ---- */
+
+/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface,
+   so some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
 {
-    item->cavity = !(phi < 0.0f);
-    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
-    item->depth = springls__fabs(phi);
-    item->deepest = node;
+    int32_t i, exterior = springls__exterior_node(g, l), root = springls__find_root(l->node, exterior);
+    l->count = 0;
+    for (i = 0; i <= exterior; i++) {
+        if (l->node[i] != i) l->node[i] = l->node[l->node[i]];
+        else l->node[i] = i != root && i < l->first_brick ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.voxel = (const int32_t *)ctx->label_voxel.data;
+    l.node = (int32_t *)ctx->label_node.data;
+    l.first_brick = ctx->label_first_brick;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Numbers the nodes of active bricks, and makes each a tree of its own. */
+SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t bricks = springls__brick_count(g);
+    springls__label_job job;
+    int32_t i, n = 0, count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1,
+                                        sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_nodes, g->active_count + 1));
+    job.g = g;
+    job.l = l;
+    job.voxel = (int32_t *)ctx->label_voxel.data;
+    job.nodes = springls__brick_nodes(&ctx->model);
+    springls__parallel(ctx, g->active_count, 16, springls__label_bricks_task, &job);
+    for (i = 0; i < g->active_count; i++) {
+        ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+        count = job.nodes[i];
+        job.nodes[i] = n;
+        n += count;
+    }
+    ctx->label_first_brick = n;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + bricks + 1, sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + bricks + 1));
+    *l = springls__kept_labels(ctx);
+    l->sums = springls__node_sums_list(&ctx->model);
+    for (i = 0; i <= springls__exterior_node(g, l); i++) {
+        l->node[i] = i;
+        memset(&l->sums[i], 0, sizeof l->sums[i]);
+        l->sums[i].deepest = -1;
+    }
+    springls__parallel(ctx, g->active_count, 16, springls__number_nodes_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* Labels all voxels, and measures the nodes; the labels stay in the context until bricks come or go, or phi changes. Works on the
+   host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int i;
+    ctx->labels_fresh = false;
+    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1 > INT32_MAX)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__label_bricks(ctx, l));
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) springls__join_active_brick(g, l, i);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labelled_bricks = g->active_count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Adds a node to its component. */
+SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+{
+    springls__add_sums(&item->surface, &node->surface, 1.0);
+    if (node->deepest < 0) return;
+    item->cavity = node->outside;
+    if (node->depth <= item->depth && item->depth > 0.0f) return;
+    item->depth = node->depth;
+    item->deepest = node->deepest;
 }
 
 /* Finds and measures the components of phi. */
 SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
 {
-    const springls__grid *g = &ctx->model.grid;
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
     l->item = springls__components_now(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
-    for (i = 0; i < l->voxels; i++)
-        if (l->label[i] >= 0)
-            springls__note_voxel(&l->item[l->label[i]], i,
-                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
-                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
-    springls__area_to_world(ctx, l->area_to_world);
-    springls__visit_triangles(g, l, springls__measure_triangle);
+    for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
+        if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);
     return SPRINGLS_OK;
 }
 
@@ -386,7 +553,7 @@ SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const spri
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
+        if (phi < 0.0f) return springls__component_of_voxel(g, l, x, y, z);
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -421,7 +588,7 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
         high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
     if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
-    if (high >= 0) *cavity = springls__label_of_node(l, high);
+    if (high >= 0) *cavity = l->node[high];
 }
 
 #endif

@@ -1,5 +1,5 @@
-/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
-   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
    after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
    not every device has: it always runs on the host. */
 #ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
@@ -30,7 +30,7 @@ typedef struct springls__lock_node {
 } springls__lock_node;
 
 typedef struct springls__lock {
-    springls__kinship kinship;
+    springls__component_graph graph;
     springls__locked_component *item; /* one a component of now               */
     springls__lock_node *node;        /* components before, then those of now */
     int32_t *parent;                  /* their forest                         */
@@ -41,12 +41,12 @@ typedef struct springls__lock {
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    const springls__component_graph *graph = &lock->graph;
+    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
     lock->item = springls__locked_components(&ctx->model);
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
@@ -55,9 +55,9 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
-        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
-            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
+        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
@@ -68,36 +68,36 @@ SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 /* Links what springls link, and specks with the largest body. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    const springls__component_now *now = k->labels.item;
+    const springls__component_graph *graph = &lock->graph;
+    const springls__component_now *now = graph->labels.item;
     int i, largest = -1;
-    for (i = 0; i < k->link_count; i++)
-        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
-    for (i = 0; i < k->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
-    for (i = 0; i < k->before_count && largest >= 0; i++)
-        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
-            springls__join_trees(lock->parent, i, k->before_count + largest);
-    for (i = 0; i < k->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    for (i = 0; i < graph->link_count; i++)
+        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+    for (i = 0; i < graph->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->before_count && largest >= 0; i++)
+        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->before_count + largest);
+    for (i = 0; i < graph->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
     }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    int i, nodes = k->before_count + k->labels.count;
+    const springls__component_graph *graph = &lock->graph;
+    int i, nodes = graph->before_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
         lock->node[root].target += lock->node[i].target;
         lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < k->labels.count; i++) {
+    for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -106,7 +106,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 /* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
 SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i, v, o[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -152,7 +152,7 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        int32_t body = job->lock->kinship.place[begin].body;
+        int32_t body = job->lock->graph.place[begin].body;
         springls__v3 by;
         if (body < 0) continue;
         by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
@@ -165,42 +165,40 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
 /* Adds a triangle to the body that it bounds. */
 SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
-    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int32_t body = triangle->inner[0]; /* a node from label_bodies, or of a constant brick, from first_brick on */
+    if (body >= 0 && body < l->count) springls__add_sums(&l->item[body].surface, &sums, 1.0);
 }
 
 /* Measures the bodies, with the labels from before they moved. */
 SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
-    int i, c;
-    for (i = 0; i < l->count; i++) {
-        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
-        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
-    }
+    springls__labels *l = &lock->graph.labels;
+    int i;
+    for (i = 0; i < l->count; i++) memset(&l->item[i].surface, 0, sizeof l->item[i].surface);
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
 /* Sums volumes and areas of linked bodies; specks have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
     for (i = 0; i < l->count; i++) {
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
-        all->volume += l->item[i].volume;
-        if (!lock->item[i].speck) all->area += l->item[i].area;
+        all->volume += l->item[i].surface.volume;
+        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
     }
 }
 
 /* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
+    const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < k->before_count + k->labels.count; i++) {
+    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -212,7 +210,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 /* Chooses offsets by Newton's method. False when no component has to move. */
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
@@ -244,7 +242,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     ctx->stats.volume_correction = 0.0f;
     if (!springls__choose_offsets(lock)) return false;
     springls__label_bodies(&ctx->model.grid, lock);
-    lock->kinship.labels.body = lock->body;
+    lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
@@ -253,7 +251,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     }
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    for (i = 0; i < lock->kinship.labels.count; i++)
+    for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
     return true;
 }
@@ -270,9 +268,9 @@ SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, sprin
 /* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
 SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
+    springls__labels *l = &lock->graph.labels;
     int i;
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock->graph));
     for (i = 0; i < l->count; i++) {
         int32_t body = lock->body[l->item[i].deepest];
         if (body >= 0) l->item[i].moved = lock->item[body].moved;
@@ -283,13 +281,13 @@ SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, spr
 /* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
 SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) {
         const springls__lock_node *all = &lock->node[lock->item[i].node];
         int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
         springls__component *kept = springls__component_list(ctx) + at;
-        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].surface.volume / all->volume);
     }
     ctx->volumes_locked = true;
 }
@@ -300,10 +298,10 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
     springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock.graph));
     SPRINGLS__TRY(springls__find_targets(ctx, &lock));
     if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
-    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__commit_components(ctx, &lock.graph));
     springls__lock_components(ctx, &lock);
     return SPRINGLS_OK;
 }

@@ -252,7 +252,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
     ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;

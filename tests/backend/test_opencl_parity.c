@@ -273,7 +273,7 @@ FIXTURE springls_status life_mask(springls_context *ctx)
     int i;
     if (springls_count(ctx) > 20000) return SPRINGLS_INVALID_ARGUMENT;
     for (i = 0; i < springls_count(ctx); i++) mask[i] = i % 3 == 0;
-    return springls_set_relax_mask(ctx, mask);
+    return springls_set_keep_mask(ctx, mask);
 }
 
 /* Moves every third of the springls a little: by both parts, by particles alone, by vertices alone. */

@@ -52,6 +52,7 @@ struct improvement {
 
 static const struct improvement improvements[] = {
     {"springls from marching cubes on every voxel", {P(initial_stride)}},
+    {"triangles of their share of the surface", {P(cover)}},
     {"internal springs stronger than external", {P(kappa_int)}},
     {"one iteration of relax, of twice the gain", {P(relax_iterations), P(relax_step_length), P(relax_step_rotation)}},
     {"bad triangles get a good shape", {P(reshape), P(min_area)}},

@@ -506,7 +506,7 @@ TEST every_call_survives_null(void)
     ASSERT_EQ(invalid, springls_set_springls(NULL, x, NULL, NULL, 1));
     ASSERT_EQ(invalid, springls_set_springls(ctx, NULL, NULL, NULL, 1));
     ASSERT_EQ(invalid, springls_set_reference(NULL));
-    ASSERT_EQ(invalid, springls_set_relax_mask(NULL, inside));
+    ASSERT_EQ(invalid, springls_set_keep_mask(NULL, inside));
     ASSERT_EQ(invalid, springls_max_speed(NULL, &forces, 0.0f, x));
     ASSERT_EQ(invalid, springls_max_speed(ctx, NULL, 0.0f, x));
     ASSERT_EQ(invalid, springls_max_speed(ctx, &forces, 0.0f, NULL));

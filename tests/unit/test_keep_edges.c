@@ -249,6 +249,7 @@ TEST splits_stay_on_their_side(void)
     errors p;
     rigid motion;
     int count;
+    params.cover = 0; /* which keeps edges below split_edge */
     params.split_edge = 0.9f;
     params.merge_distance = 0.0f;
     ASSERT_OK(springls_set_params(ctx, &params));

@@ -114,8 +114,8 @@ static springls__surface_hit judge_ray(const judge *j, const float *origin, cons
                                  springls__normalize(springls__load3(direction)), 1e18f);
 }
 
-/* Whether a place is inside the mesh: its distance, with the side that the nearest triangle shows. Places near an edge or a corner
-   of triangles are not judged. */
+/* Whether a place is inside the mesh: its distance, with the side that the nearest triangle shows. Places near an edge or a
+   corner of triangles are not judged. */
 static bool judge_inside(const judge *j, const float *place)
 {
     springls__v3 x = springls__world_to_model(j->ctx, place);
@@ -328,7 +328,8 @@ TEST closest_is_that_of_the_mesh(int which)
         float best = springls__sqrt(h.hit.d2) * j.ctx->smallest_spacing;
         ASSERT(hits[i].springl >= 0);
         ASSERT_IN_RANGE(best, hits[i].distance, 1e-5f * (40.0f + best));
-        ASSERT_IN_RANGE(hits[i].distance, springls__length(springls__sub(springls__load3(hits[i].point), springls__load3(origins + 3 * i))),
+        ASSERT_IN_RANGE(hits[i].distance,
+                        springls__length(springls__sub(springls__load3(hits[i].point), springls__load3(origins + 3 * i))),
                         1e-5f * (300.0f + best));
         ASSERT_OK(springls_closest(j.ctx, WATERTIGHT, origins + 3 * i, 1, &one)); /* whatever was looked for before */
         ASSERT_MEM_EQ(&hits[i], &one, sizeof one);

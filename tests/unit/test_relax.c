@@ -275,7 +275,7 @@ TEST energy_falls(void)
             ASSERT_GT(n[0] + n[1] + n[2], 5);
         }
         for (i = 0; i < 60; i++) mask[i] = i != 0;
-        ASSERT_OK(springls_set_relax_mask(ctx, mask));
+        ASSERT_OK(springls_set_keep_mask(ctx, mask));
         ASSERT_OK(springls_relax(ctx));
         s = fixture_get(ctx, 0);
         for (m = 0; m < 3; m++) {
@@ -420,7 +420,7 @@ static springls_context *surrounded(const springls_params *p, springls__v3 cente
         d3 u = d3_make(cos(a), sin(a), 0.0), v = d3_make(-sin(a), cos(a), 0.0), foot = d3_mad(d3_of(center), u, arm + gap);
         fixture_add(ctx, d3_float(d3_mad(foot, v, 0.4)), d3_float(d3_mad(foot, v, -0.4)), d3_float(d3_mad(foot, u, 0.6)));
     }
-    springls_set_relax_mask(ctx, mask);
+    springls_set_keep_mask(ctx, mask);
     return ctx;
 }
 
@@ -480,7 +480,7 @@ TEST torques_differ_by_the_arm(void)
         fixture_add_at(ctx, q[0], q[1], q[2], c, c);
         fixture_add(ctx, springls__v3_make(q[0].x - 0.1f, 8.0f, 8.3f), springls__v3_make(q[0].x + 0.1f, 8.0f, 8.3f),
                     springls__v3_make(q[0].x, 8.0f, 9.3f)); /* straight above the first vertex */
-        ASSERT_OK(springls_set_relax_mask(ctx, mask));
+        ASSERT_OK(springls_set_keep_mask(ctx, mask));
         ASSERT_OK(springls_relax(ctx));
         after = springls__sub(fixture_vertex(ctx, 0, 0), c);
         turned[torque] = atan2((double)after.z, (double)after.x);
@@ -535,7 +535,7 @@ TEST particles_and_masked_springls_stay(void)
     uint8_t *mask = (uint8_t *)malloc((size_t)count);
     ASSERT_GT(count, 500);
     for (i = 0; i < count; i++) mask[i] = (uint8_t)(i % 3 == 0);
-    ASSERT_OK(springls_set_relax_mask(ctx, mask));
+    ASSERT_OK(springls_set_keep_mask(ctx, mask));
     before = fixture_copy(ctx);
     for (i = 0; i < 3; i++) ASSERT_OK(springls_relax(ctx));
     ASSERT_EQ(count, springls_count(ctx));

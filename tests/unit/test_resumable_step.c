@@ -193,7 +193,7 @@ static springls_status end_by(scene *s, ender which)
     case BY_STAGE: return springls_relax(ctx);
     case BY_PARAMS: return springls_set_params(ctx, &p);
     case BY_TIME: springls_set_time(ctx, springls_time(ctx)); return SPRINGLS_OK;
-    case BY_MASK: return springls_set_relax_mask(ctx, NULL);
+    case BY_MASK: return springls_set_keep_mask(ctx, NULL);
     case BY_REFERENCE: return springls_set_reference(ctx);
     case BY_SPEED: return springls_max_speed(ctx, &s->forces, 0.0f, &speed);
     case BY_MESH:

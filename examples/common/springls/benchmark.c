@@ -20,7 +20,7 @@ struct run {
     springls_measures start;
     FILE *series;
     struct model_frame frames[MAX_FRAMES];
-    int frames_taken;
+    int frames_taken, coverages;
     double stage_before[SPRINGLS_STAGE_COUNT];
 };
 
@@ -149,10 +149,11 @@ static bool report_frame(struct run *run, double share)
     return model_frame_take(run->ctx, caption, &run->frames[k]);
 }
 
+enum { PARTS = 24 };
+
 /* Returns the number of calls of a run: one a step, or fixed parts in which the library chooses its steps. */
 static int calls_of(const struct benchmark *b)
 {
-    enum { PARTS = 24 };
     return b->steps > 0 ? b->steps : PARTS;
 }
 
@@ -162,6 +163,24 @@ static void count_work(struct benchmark_result *result, springls_cl_counts befor
     result->kernels_per_step += (double)(after.kernels - before.kernels);
     result->downloads_per_step += (double)(after.downloads - before.downloads);
     result->bytes_down_per_step += (double)(after.bytes_down - before.bytes_down);
+}
+
+/* Measures the coverage at every 24th part of a run, from the first resampling on. */
+static bool measure_coverage(struct run *run, int call, int calls)
+{
+    struct benchmark_result *r = &run->result;
+    springls_measures m;
+    const int every = calls > PARTS ? calls / PARTS : 1;
+    if (call % every != 0 || springls_get_stats(run->ctx).steps < springls_get_params(run->ctx).resample_period) {
+        return true;
+    }
+    if (springls_measure(run->ctx, &m) != SPRINGLS_OK) {
+        return false;
+    }
+    r->coverage_min = run->coverages ? fmin(r->coverage_min, m.coverage) : m.coverage;
+    r->coverage_max = fmax(r->coverage_max, m.coverage);
+    r->coverage_mean += (m.coverage - r->coverage_mean) / ++run->coverages;
+    return true;
 }
 
 static int take_steps(struct run *run)
@@ -199,7 +218,7 @@ static int take_steps(struct run *run)
             run->result.halfway = benchmark_flow_error(b, b->duration * k / calls, springls_view_particles(run->ctx),
                                                        springls_view_correspondences(run->ctx));
         }
-        if (!report_step(run, k, seconds) || !report_frame(run, (double)k / calls)) {
+        if (!measure_coverage(run, k, calls) || !report_step(run, k, seconds) || !report_frame(run, (double)k / calls)) {
             progress_end(&progress);
             return fail(run, "report");
         }

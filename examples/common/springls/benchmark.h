@@ -58,6 +58,7 @@ struct benchmark_error {
 struct benchmark_result {
     int steps, springls_initial, springls_final, threads;
     double springls_mean;
+    double coverage_min, coverage_mean, coverage_max; /* springls' area over the zero level's, after the first resampling */
     struct benchmark_error deformation, tracking, halfway, surface;
     double volume_change_percent, volume_error_percent;
     int components, euler;

@@ -81,6 +81,9 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     json_integer(&json, "steps", r->steps);
     json_integer(&json, "springls_initial", r->springls_initial);
     json_number(&json, "springls_mean", r->springls_mean);
+    json_number(&json, "coverage_min", r->coverage_min);
+    json_number(&json, "coverage_mean", r->coverage_mean);
+    json_number(&json, "coverage_max", r->coverage_max);
     json_integer(&json, "springls_final", r->springls_final);
     json_error(&json, "deformation", &r->deformation, true);
     json_error(&json, "tracking", &r->tracking, true);
