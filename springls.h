@@ -36,6 +36,7 @@
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
      >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
+     >>cover:kernel         kernels_embed/stages/cover.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>project:kernel       kernels_embed/stages/project.h
@@ -212,6 +213,7 @@
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
@@ -227,6 +229,7 @@
      fill_gaps            every   every
      contract             every   every
      resample             every   every
+     relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
@@ -246,6 +249,7 @@
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
                                                    one iteration of eq. 23 would move phi: see CURVATURE
      evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
+     cover = 1                relax                ends with triangles that cover the surface: see COVERAGE
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -295,6 +299,7 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
+                cover                1: triangles cover the surface, see COVERAGE        1         0
                 relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -349,6 +354,21 @@
                                        is near; elsewhere it comes to rest lambda times the curvature off the springls
 
    Steps are stable up to about one voxel^2 of weight times dt.
+
+   COVERAGE
+
+   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
+   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
+   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
+   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   further apart, fill_gaps adds some.
+
+   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
+   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
+   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
    SHARP EDGES
 
@@ -427,8 +447,8 @@
 
      - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
        ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls are the kinship: two components are related when at least a tenth of the springls of one, and three or more than
-       half, are in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
+       in the other. A component without springls of another one is born; one that leaves none behind has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -531,7 +551,7 @@
      - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
        fallen half a voxel behind, and never catches up.
      - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
-       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+       longest edge of 1.5 voxels, which makes about ten times as many springls as the paper counts.
      - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
        moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
@@ -545,6 +565,10 @@
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
+     - stop_at_topology holds a springl back where phi falls along a motion with its normal, or grows along one against it.
+       Eq. 24 as printed takes grad phi . n for the direction of the motion: it would hold every springl that moves inward,
+       and none that runs outward into another sheet. Motions of less than 0.05 voxel along the normal, or more along the
+       surface than along the normal, are free.
      - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
      - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
@@ -558,14 +582,14 @@
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
-     section 2.3.2      springls_extract_surfels
+     section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
      section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
-     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
+     section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
@@ -640,7 +664,7 @@
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
   #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
-  #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
+  #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
@@ -860,6 +884,7 @@ typedef struct springls_params {
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -1094,9 +1119,11 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
                                             const float *particles);
 
-/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
-   follow their parent. NULL: all relax. */
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+/* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
+   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
+   still replace or remove kept springls. */
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
@@ -1309,7 +1336,9 @@ SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 /* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
+/* Writes surfels (section 6), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. The normal is that of
+   phi at the particle; where phi has no gradient, as between the sides of a thin sheet or beyond the narrow band, that of the
+   triangle. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
@@ -1678,9 +1707,10 @@ typedef struct springls_stats {
 /* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
+   coverage: the springls' area over the zero level's. */
 typedef struct springls_measures {
-    double volume, area;
+    double volume, area, coverage;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
@@ -1900,9 +1930,10 @@ typedef union springls__arguments {
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
-    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \
+    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
@@ -2853,7 +2884,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
@@ -4616,12 +4647,12 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
-    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer label_rank, label_voxel, label_node, label_id_memory;   /* of voxels (label_components.h)                  */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
-    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
     uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
-    bool components_known;  /* they have been found since the model was set                                      */
+    bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
@@ -5251,6 +5282,15 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */
+SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)
+{
+    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;
+    n = springls__normalize(springls__length(area2) > 2e-4f ? area2
+                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
+}
+
 /* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
@@ -5349,7 +5389,7 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -5359,11 +5399,11 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
+    if (model->set.mask[i]) return;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i]
-             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
@@ -5373,18 +5413,16 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
+    float area = 0.5f * springls__length(springls__tri_area2(t));
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is removed.
-   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is
+   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that
+   only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -5395,7 +5433,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.generation[other] < model->set.generation[i]
+        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
@@ -5415,12 +5453,106 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already. */
+/* Makes springl i undecided unless it is removed already, or of the mask. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
+/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
+   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
+
+/* Directions about a springl in which its share is measured, 30 degrees apart. */
+#define SPRINGLS__SHARE_DIRECTIONS 12
+
+/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
+typedef struct springls__share { float area, cosine, sine; } springls__share;
+
+/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it
+   too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float arm = 0.45f; /* voxel */
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)args;
+    if (!model->set.mask[i])
+        for (m = 0; m < 3; m++)
+            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
+    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
+}
+
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+{
+    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
+    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
+                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    springls__share share;
+    int k, j;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
+        springls__v3 d = springls__sub(o.p, p);
+        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
+        x = springls__dot(d, u) * near2;
+        y = springls__dot(d, v) * near2;
+        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
+            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+    }
+    share.area = 0.0f;
+    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
+        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
+        share.area += cell[j];
+    }
+    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
+    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    return share;
+}
+
+/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
+SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+{
+    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
+    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
+    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
+    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+}
+
+/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+{
+    float along = springls__sqrt(c * c + s * s) + c;
+    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+}
+
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
+    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
+    springls__springl s = model->set.s[i];
+    springls__v3 n, u, v;
+    springls__share share;
+    (void)args;
+    if (!model->set.mask[i]) {
+        n = springls__facing(model, s);
+        u = springls__first_arm(s, n);
+        v = springls__cross(n, u);
+        share = springls__share_of(model, i, u, v);
+        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
+        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
@@ -7234,7 +7366,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.kappa_int = params->kappa_int;
     rule.kappa_ext = params->kappa_ext;
     rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
     rule.step_rotation = params->relax_step_rotation;
     rule.threshold = params->threshold;
     rule.weight = params->weight;
@@ -7634,7 +7766,8 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -7642,7 +7775,8 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (!certain || springls__is_overlapped(model, i) || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7712,24 +7846,28 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+/* Returns true when springl i has grown too large, and is not of the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i]
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
 
 /* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
 }
 
 /* Returns true when springl i is to be split and among the first args.insert.count of those. */
 SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
 {
     return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+        && springls__is_overgrown(model, i);
 }
 
 /* Splits springl i into halves, stored by its number. */
@@ -7753,7 +7891,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     first = springls__split_halves(model)[2u * number];
     second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
@@ -8818,6 +8956,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
@@ -9829,7 +9969,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_body = 0;
-    ctx->components_known = ctx->volumes_locked = false;
+    ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11363,25 +11503,36 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
    triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
    device has: it always runs on the host. */
 
+/* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
+typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
+
 /* A component of phi as it is now. */
 typedef struct springls__component_now {
-    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
-    double world_area;
+    springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
-    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
 } springls__component_now;
 
-/* The components of phi as it is now, and the label of every voxel. */
+/* What one component has in one brick, as a node of the forest. */
+typedef struct springls__node_sums {
+    springls__surface_sums surface;
+    int32_t deepest; /* voxel of active bricks furthest from the surface; -1: in a constant brick */
+    float depth;
+    bool outside;
+} springls__node_sums;
+
+/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+   then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
     springls__component_now *item;
     int count;
-    const int32_t *rank;    /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
-    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
-    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
-    int32_t voxels;         /* nodes that are voxels                                                            */
+    const int32_t *rank;     /* slot -> place in `active`                                                       */
+    const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
+    int32_t *node;           /* parent of a node; when all are joined, its component, -1: the exterior          */
+    springls__node_sums *sums; /* one a node, while they are joined                                             */
+    int32_t first_brick;     /* node of the first brick                                                         */
     double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
 } springls__labels;
 
@@ -11389,25 +11540,30 @@ typedef struct springls__labels {
 SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
-    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__brick_at(g, x, y, z);
+    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
 }
 
-/* Finds the voxel of a node that is one. */
-SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
+/* Returns the node of the exterior. */
+SPRINGLS__FN int32_t springls__exterior_node(const springls__grid *g, const springls__labels *l)
 {
-    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
-    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    return l->first_brick + (int32_t)springls__brick_count(g);
+}
+
+/* Finds the coordinates of voxel i of active bricks. */
+SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, int32_t voxel[3])
+{
+    int v = i % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
     voxel[0] = origin[0] + (v & 7);
     voxel[1] = origin[1] + (v >> 3 & 7);
     voxel[2] = origin[2] + (v >> 6);
 }
 
-/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
-SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+/* Returns the component of a voxel of the domain; -1: the exterior. */
+SPRINGLS__FN int32_t springls__component_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
-    if (node >= l->voxels) node = springls__find_root(l->parent, node);
-    return node < l->voxels ? l->label[node] : -1;
+    return l->node[springls__label_node(g, l, x, y, z)];
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -11419,20 +11575,122 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* ---- connection ---- */
+/* ---- connection within a brick ---- */
 
-/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
-SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
+/* Voxels of a brick, a bit each: a word a layer of z, a byte of it a row of y. */
+typedef struct springls__voxel_bits { uint64_t layer[SPRINGLS__BRICK]; } springls__voxel_bits;
+
+/* Finds the voxels of the domain in the brick at `origin`, and those of them that are inside. */
+SPRINGLS__FN void springls__find_inside_bits(const springls__grid *g, int slot, springls__voxel_bits *domain,
+                                             springls__voxel_bits *inside)
 {
-    int x;
-    bool joined = false; /* with the voxels before */
-    for (x = 0; x < length; x++) {
-        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
-        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
-        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
-        joined = agrees;
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int origin[3], v, z;
+    springls__slot_origin(g, slot, origin);
+    for (z = 0; z < SPRINGLS__BRICK; z++) {
+        uint64_t in = 0, valid = 0;
+        for (v = 0; v < 64; v++) {
+            in |= (uint64_t)(phi[64 * z + v] < 0.0f) << v;
+            valid |= (uint64_t)(origin[0] + (v & 7) < g->size[0] && origin[1] + (v >> 3) < g->size[1]) << v;
+        }
+        domain->layer[z] = origin[2] + z < g->size[2] ? valid : 0;
+        inside->layer[z] = in & domain->layer[z];
     }
 }
+
+/* Grows a set of voxels of a layer by one through faces. */
+SPRINGLS__FN uint64_t springls__grow_layer(uint64_t bits)
+{
+    const uint64_t low = 0x0101010101010101u, high = 0x8080808080808080u;
+    return bits | (bits & ~high) << 1 | (bits & ~low) >> 1 | bits << 8 | bits >> 8;
+}
+
+/* Grows a set of voxels through faces as far as `within` goes. */
+SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__voxel_bits *set)
+{
+    bool grows = true;
+    while (grows) {
+        int k;
+        grows = false;
+        for (k = 0; k < 2 * SPRINGLS__BRICK; k++) { /* upwards, then downwards */
+            int z = k < SPRINGLS__BRICK ? k : 2 * SPRINGLS__BRICK - 1 - k;
+            uint64_t before = set->layer[z], bits = before, grown;
+            if (z > 0) bits |= set->layer[z - 1];
+            if (z < SPRINGLS__BRICK - 1) bits |= set->layer[z + 1];
+            bits &= within->layer[z];
+            while ((grown = springls__grow_layer(bits) & within->layer[z]) != bits) bits = grown;
+            set->layer[z] = bits;
+            grows = grows || bits != before;
+        }
+    }
+}
+
+/* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
+SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
+                                           springls__voxel_bits *set)
+{
+    springls__voxel_bits within;
+    uint64_t first;
+    int z = 0, k;
+    while (z < SPRINGLS__BRICK && !left->layer[z]) z++;
+    if (z == SPRINGLS__BRICK) return false;
+    first = left->layer[z] & (~left->layer[z] + 1);
+    for (k = 0; k < SPRINGLS__BRICK; k++) {
+        within.layer[k] = left->layer[k] & (inside->layer[z] & first ? inside->layer[k] : ~inside->layer[k]);
+        set->layer[k] = k == z ? first : 0;
+    }
+    springls__flood(&within, set);
+    for (k = 0; k < SPRINGLS__BRICK; k++) left->layer[k] &= ~set->layer[k];
+    return true;
+}
+
+typedef struct springls__label_job {
+    const springls__grid *g;
+    const springls__labels *l;
+    int32_t *voxel;     /* those of l                               */
+    int32_t *nodes;     /* of an active brick; scanned: before it   */
+} springls__label_job;
+
+/* Numbers what is connected within each brick, in the order of first voxels; -1: beyond the domain. */
+SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    for (; begin < end; begin++) {
+        int32_t *voxel = job->voxel + (size_t)begin * SPRINGLS__BRICK_VOXELS, n = 0;
+        springls__voxel_bits left, inside, set;
+        int v;
+        springls__find_inside_bits(job->g, job->g->active[begin], &left, &inside);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) voxel[v] = -1;
+        for (; springls__take_connected(&inside, &left, &set); n++)
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+                if (set.layer[v >> 6] >> (v & 63) & 1u) voxel[v] = n;
+        job->nodes[begin] = n;
+    }
+}
+
+/* Makes numbers within bricks nodes, and finds the voxel of each node that is furthest from the surface. */
+SPRINGLS__FN void springls__number_nodes_task(void *arg, int begin, int end)
+{
+    const springls__label_job *job = (const springls__label_job *)arg;
+    const int32_t exterior = springls__exterior_node(job->g, job->l);
+    for (; begin < end; begin++) {
+        const float *phi = job->g->phi + (size_t)job->g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        int32_t first = begin * SPRINGLS__BRICK_VOXELS;
+        int v;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            bool valid = job->voxel[first + v] >= 0;
+            int32_t node = job->voxel[first + v] = valid ? job->nodes[begin] + job->voxel[first + v] : exterior;
+            springls__node_sums *sums = &job->l->sums[node];
+            float depth = springls__fabs(phi[v]);
+            if (!valid || (sums->deepest >= 0 && depth <= sums->depth)) continue;
+            sums->deepest = first + v;
+            sums->depth = depth;
+            sums->outside = !(phi[v] < 0.0f);
+        }
+    }
+}
+
+/* ---- connection of bricks ---- */
 
 /* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
 SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
@@ -11441,33 +11699,18 @@ SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int orig
     for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
 }
 
-/* Joins the voxels of active brick i with each other. */
-SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
-{
-    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int32_t first = i * SPRINGLS__BRICK_VOXELS;
-    int origin[3], extent[3], x, y, z;
-    springls__slot_origin(g, g->active[i], origin);
-    springls__brick_extent(g, origin, extent);
-    for (z = 0; z < extent[2]; z++)
-        for (y = 0; y < extent[1]; y++) {
-            int32_t row = 8 * y + 64 * z;
-            for (x = 1; x < extent[0]; x++)
-                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
-                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
-            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
-            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
-        }
-}
-
 /* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
 SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
 {
+    int32_t other;
     if (!springls__grid_contains(g, to[0], to[1], to[2])) {
-        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
-    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
-        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+        if (inside) return;
+        other = springls__exterior_node(g, l);
+    } else {
+        if (inside != (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) return;
+        other = springls__label_node(g, l, to[0], to[1], to[2]);
     }
+    if (l->node[node] != other && l->node[other] != node) springls__join_trees(l->node, node, other);
 }
 
 /* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
@@ -11487,22 +11730,33 @@ SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels 
             v = springls__voxel_in_brick(at[0], at[1], at[2]);
             for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
             to[axis] += d & 1 ? 1 : -1;
-            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+            springls__join_across(g, l, l->voxel[i * SPRINGLS__BRICK_VOXELS + v], phi[v] < 0.0f, to);
         }
+}
+
+/* Joins active brick i with those beside it: where the one beside is active too, that one does it for lower faces. */
+SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    int origin[3], d;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 6; d++) {
+        int x = origin[0] - 8 * (d == 0), y = origin[1] - 8 * (d == 2), z = origin[2] - 8 * (d == 4);
+        if (!(d & 1) && springls__grid_contains(g, x, y, z) && springls__slot_at(g, x, y, z) >= SPRINGLS__FIRST_SLOT) continue;
+        springls__join_face(g, l, i, d);
+    }
 }
 
 /* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
 SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
 {
-    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
     int place[3], axis, stride = 1;
     springls__brick_place(g, brick, place);
     for (axis = 0; axis < 3; axis++) {
         bool last = place[axis] == g->bricks[axis] - 1;
         if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->parent, l->voxels + brick, exterior);
+            springls__join_trees(l->node, l->first_brick + brick, springls__exterior_node(g, l));
         if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+            springls__join_trees(l->node, l->first_brick + brick, l->first_brick + brick + stride);
         stride *= g->bricks[axis];
     }
 }
@@ -11514,154 +11768,124 @@ typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], 
 
 typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
 
-/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
-SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
+/* Active brick `rank`, whose cubes are visited. */
+typedef struct springls__cube_walk {
+    springls__cube_range range;
+    int rank;
+    float tile[SPRINGLS__TILE_VOXELS];
+} springls__cube_walk;
+
+/* Returns the node of a corner of the cube at (x, y, z) of the brick; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const springls__cube_walk *walk,
+                                           int x, int y, int z, int corner)
 {
-    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
-    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    x += corner & 1;
+    y += corner >> 1 & 1;
+    z += corner >> 2;
+    if (!((x | y | z) & ~7)) return l->voxel[walk->rank * SPRINGLS__BRICK_VOXELS + x + 8 * y + 64 * z];
+    x += walk->range.origin[0];
+    y += walk->range.origin[1];
+    z += walk->range.origin[2];
+    if (!springls__grid_contains(g, x, y, z)) return springls__exterior_node(g, l);
     return springls__label_node(g, l, x, y, z);
 }
 
 /* Visits the triangles of the cube at (x, y, z) of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_walk *walk, int x,
+                                       int y, int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__mc_cell cell = springls__tile_cube(walk->tile, x, y, z);
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m;
     springls__labelled_triangle triangle;
-    if (count == 0) return;
-    at[0] = range->origin[0] + x;
-    at[1] = range->origin[1] + y;
-    at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
             int other = corner | 1 << springls__mc_edge_axis(edge);
             bool inside = springls__mc_inside(cell.phi[corner]) != 0;
-            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
-            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+            triangle.inner[m] = springls__corner_node(g, l, walk, x, y, z, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
-        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        triangle.t = springls__cube_triangle(&walk->range, cell, mask, x, y, z, k);
         visit(l, &triangle);
     }
+}
+
+/* Finds which voxels of a row of a tile are inside, a bit each. */
+SPRINGLS__FN uint32_t springls__row_bits(const float *row)
+{
+    uint32_t bits = 0;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) bits |= (uint32_t)(row[x] < 0.0f) << x;
+    return bits;
 }
 
 /* Visits all triangles of the zero level. */
 SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+    const int across = SPRINGLS__TILE;
+    springls__cube_walk walk;
+    uint32_t inside[SPRINGLS__TILE * SPRINGLS__TILE];
+    int x, y, z, row;
+    for (walk.rank = 0; walk.rank < g->active_count; walk.rank++) {
+        walk.range = springls__brick_cubes(g, g->active[walk.rank]);
+        springls__load_tile(g, g->phi, g->active[walk.rank], springls__alone(), walk.tile);
+        for (row = 0; row < across * across; row++) inside[row] = springls__row_bits(walk.tile + across * row);
+        for (z = walk.range.lo[2]; z <= walk.range.hi[2]; z++)
+            for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
+                const uint32_t *bits = inside + (y + 1) + across * (z + 1);
+                uint32_t some = bits[0] | bits[1] | bits[across] | bits[across + 1];
+                uint32_t all = bits[0] & bits[1] & bits[across] & bits[across + 1];
+                uint32_t mixed = (some | some >> 1) & ~(all & all >> 1); /* corners of either side */
+                for (x = walk.range.lo[0]; mixed && x <= walk.range.hi[0]; x++)
+                    if (mixed >> (x + 1) & 1u) springls__visit_cube(g, l, &walk, x, y, z, visit);
+            }
     }
-}
-
-SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
-{
-    int m;
-    for (m = 1; m < 3; m++) {
-        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
-        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
-    }
-}
-
-/* ---- labels ---- */
-
-/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
-   roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
-{
-    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
-    l->count = 0;
-    for (i = 0; i < l->voxels; i++) {
-        int32_t root = springls__find_root(l->parent, i);
-        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
-        if (root != i) {
-            l->label[i] = root < l->voxels ? l->label[root] : -1;
-            continue;
-        }
-        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
-                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
-    }
-}
-
-/* Points at the labels that the context keeps, and at the list of components. */
-SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
-{
-    springls__labels l;
-    memset(&l, 0, sizeof l);
-    l.rank = (const int32_t *)ctx->label_rank.data;
-    l.parent = (int32_t *)ctx->label_parent.data;
-    l.label = (int32_t *)ctx->label_memory.data;
-    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
-    l.count = ctx->label_count;
-    return l;
-}
-
-/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
-SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
-    int32_t i;
-    int d;
-    ctx->labels_fresh = false;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
-    ctx->labelled_bricks = g->active_count;
-    *l = springls__kept_labels(ctx);
-    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
-    for (i = 0; i < g->active_count; i++) {
-        springls__join_within_brick(g, l, i);
-        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
-    }
-    springls__visit_triangles(g, l, springls__join_triangle);
-    springls__number_components(g, l);
-    ctx->label_count = l->count;
-    ctx->labels_fresh = true;
-    return SPRINGLS_OK;
 }
 
 /* ---- measures ---- */
 
-/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
-SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+/* Finds the area of a triangle, and the tetrahedron that it makes with the origin. */
+SPRINGLS__FN springls__surface_sums springls__triangle_sums(const springls__labels *l, springls__tri t)
 {
     springls__v3 area2 = springls__tri_area2(t);
     const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
     const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
                             (double)t.a.z + (double)t.b.z + (double)t.c.z };
-    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    springls__surface_sums out;
     double world2 = 0.0;
     int c;
+    out.volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (1.0 / 6.0);
     for (c = 0; c < 3; c++) {
         double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
         world2 += w * w;
-        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+        out.moment[c] = 0.25 * out.volume * sum[c];
     }
-    item->area += 0.5 * (double)springls__length(area2);
-    item->world_area += 0.5 * sqrt(world2);
-    item->volume += volume;
+    out.area = 0.5 * (double)springls__length(area2);
+    out.world_area = 0.5 * sqrt(world2);
+    return out;
 }
 
-SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+SPRINGLS__FN void springls__add_sums(springls__surface_sums *to, const springls__surface_sums *by, double sign)
 {
-    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
-    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
-    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+    int c;
+    to->volume += sign * by->volume;
+    for (c = 0; c < 3; c++) to->moment[c] += sign * by->moment[c];
+    to->area += by->area;
+    to->world_area += by->world_area;
 }
 
+/* Joins what a triangle connects on either side, and measures it. */
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int m;
+    springls__add_sums(&l->sums[triangle->inner[0]].surface, &sums, 1.0);
+    springls__add_sums(&l->sums[triangle->outer[0]].surface, &sums, -1.0);
+    for (m = 1; m < 3; m++) {
+        if (triangle->inner[m] != triangle->inner[0]) springls__join_trees(l->node, triangle->inner[0], triangle->inner[m]);
+        if (triangle->outer[m] != triangle->outer[0]) springls__join_trees(l->node, triangle->outer[0], triangle->outer[m]);
+    }
+}
 
 /* Finds the matrix of directed areas: the cofactors of voxel -> world. */
 SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
@@ -11675,31 +11899,113 @@ SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double ou
         }
 }
 
-/* Notes the side of a component, and its voxel furthest from the surface. */
-SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+/* ---- labels ---- */
+
+/* Replaces the parents of nodes by components, which are numbered in the order of their first voxel. A component has a surface,
+   so some voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
 {
-    item->cavity = !(phi < 0.0f);
-    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
-    item->depth = springls__fabs(phi);
-    item->deepest = node;
+    int32_t i, exterior = springls__exterior_node(g, l), root = springls__find_root(l->node, exterior);
+    l->count = 0;
+    for (i = 0; i <= exterior; i++) {
+        if (l->node[i] != i) l->node[i] = l->node[l->node[i]];
+        else l->node[i] = i != root && i < l->first_brick ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.voxel = (const int32_t *)ctx->label_voxel.data;
+    l.node = (int32_t *)ctx->label_node.data;
+    l.first_brick = ctx->label_first_brick;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Numbers the nodes of active bricks, and makes each a tree of its own. */
+SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t bricks = springls__brick_count(g);
+    springls__label_job job;
+    int32_t i, n = 0, count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_voxel, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1,
+                                        sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_nodes, g->active_count + 1));
+    job.g = g;
+    job.l = l;
+    job.voxel = (int32_t *)ctx->label_voxel.data;
+    job.nodes = springls__brick_nodes(&ctx->model);
+    springls__parallel(ctx, g->active_count, 16, springls__label_bricks_task, &job);
+    for (i = 0; i < g->active_count; i++) {
+        ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+        count = job.nodes[i];
+        job.nodes[i] = n;
+        n += count;
+    }
+    ctx->label_first_brick = n;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + bricks + 1, sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + bricks + 1));
+    *l = springls__kept_labels(ctx);
+    l->sums = springls__node_sums_list(&ctx->model);
+    for (i = 0; i <= springls__exterior_node(g, l); i++) {
+        l->node[i] = i;
+        memset(&l->sums[i], 0, sizeof l->sums[i]);
+        l->sums[i].deepest = -1;
+    }
+    springls__parallel(ctx, g->active_count, 16, springls__number_nodes_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* Labels all voxels, and measures the nodes; the labels stay in the context until bricks come or go, or phi changes. Works on the
+   host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int i;
+    ctx->labels_fresh = false;
+    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1 > INT32_MAX)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__label_bricks(ctx, l));
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) springls__join_active_brick(g, l, i);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labelled_bricks = g->active_count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Adds a node to its component. */
+SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+{
+    springls__add_sums(&item->surface, &node->surface, 1.0);
+    if (node->deepest < 0) return;
+    item->cavity = node->outside;
+    if (node->depth <= item->depth && item->depth > 0.0f) return;
+    item->depth = node->depth;
+    item->deepest = node->deepest;
 }
 
 /* Finds and measures the components of phi. */
 SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
 {
-    const springls__grid *g = &ctx->model.grid;
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
     l->item = springls__components_now(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
-    for (i = 0; i < l->voxels; i++)
-        if (l->label[i] >= 0)
-            springls__note_voxel(&l->item[l->label[i]], i,
-                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
-                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
-    springls__area_to_world(ctx, l->area_to_world);
-    springls__visit_triangles(g, l, springls__measure_triangle);
+    for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
+        if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);
     return SPRINGLS_OK;
 }
 
@@ -11736,7 +12042,7 @@ SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const spri
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
+        if (phi < 0.0f) return springls__component_of_voxel(g, l, x, y, z);
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -11771,36 +12077,37 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
         high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
     if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
-    if (high >= 0) *cavity = springls__label_of_node(l, high);
+    if (high >= 0) *cavity = l->node[high];
 }
 
 /* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
-   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
+   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
    volumes that components are to keep (volume_lock.h). */
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
-    springls_component seen;
+    springls_component view;
     double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
 /* The components that a springl bounds now, -1: none. */
-typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
 
 /* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__link { int32_t before, now; } springls__link;
+typedef struct springls__component_link { int32_t before, now; } springls__component_link;
 
 /* The components before and now, and what links them. */
-typedef struct springls__kinship {
+typedef struct springls__component_graph {
     const springls__component *before;
     int before_count;
     springls__labels labels;
-    springls__place_now *place;   /* one a springl                          */
-    springls__link *link;         /* by `before`, then by `now`             */
+    springls__springl_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `before`, then by `now`             */
+    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
     int link_count;
-} springls__kinship;
+} springls__component_graph;
 
 SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
 {
@@ -11813,27 +12120,27 @@ SPRINGLS__FN int32_t springls__find_component(const springls__component *list, i
     int low = 0, high = count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if (list[middle].seen.id < id) low = middle + 1;
+        if (list[middle].view.id < id) low = middle + 1;
         else high = middle;
     }
-    return low < count && list[low].seen.id == id ? low : -1;
+    return low < count && list[low].view.id == id ? low : -1;
 }
 
 /* Returns true when components have ids that last. */
-SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
 {
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Forgets the components: ids go on where they were. */
-SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+/* Clears the list of components: ids go on where they were. */
+SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
-    ctx->components_known = ctx->components_fresh = false;
+    ctx->components_found = ctx->components_fresh = false;
 }
 
-/* Forgets the volumes that components are to keep: the next step measures them. */
-SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+/* Clears the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
@@ -11844,22 +12151,36 @@ SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
 
 SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
 
-/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
-SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+typedef struct springls__place_job {
+    const springls_context *ctx;
+    springls__component_graph *graph;
+} springls__place_job;
+
+/* Finds what springls bound now. */
+SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
+{
+    const springls__place_job *job = (const springls__place_job *)arg;
+    for (; begin < end; begin++)
+        springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p,
+                                &job->graph->place[begin].body, &job->graph->place[begin].cavity);
+}
+
+/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
+                                            int64_t *count)
 {
     const springls__constellation *set = &ctx->model.set;
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
         int32_t before[2], now[2];
-        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
-        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
-        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
-        now[0] = k->place[i].body;
-        now[1] = k->place[i].cavity;
+        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
+        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
+        now[0] = graph->place[i].body;
+        now[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
             if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (now[c] >= 0) count[graph->before_count + now[c]]++;
             if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
         }
     }
@@ -11871,134 +12192,176 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springl
 SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
 
 /* Links components that enough votes of either one link. */
-SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, const uint64_t *votes, size_t vote_count,
+                                          const int64_t *count)
 {
     size_t i = 0, first;
-    k->link_count = 0;
+    graph->link_count = 0;
     while (i < vote_count) {
-        springls__link link;
+        springls__component_link link;
         int64_t votes_here;
         link.before = (int32_t)(votes[i] >> 32);
         link.now = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
-            k->link[k->link_count++] = link;
+        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before])
+            || springls__is_link(votes_here, count[graph->before_count + link.now]))
+            graph->link[graph->link_count++] = link;
     }
 }
 
+/* Sorts links by what is now. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+{
+    int i;
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    springls__sort_keys(key, (size_t)graph->link_count);
+    graph->link_by_now = graph->link + graph->link_count;
+    for (i = 0; i < graph->link_count; i++) {
+        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
+        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+    }
+}
+
+/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
+                                                                bool now, int *count)
+{
+    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    int low = 0, high = graph->link_count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        else high = middle;
+    }
+    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    *count = high - low;
+    return list + low;
+}
+
 /* Finds the components as they are now, and links them to those before. */
-SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
     uint64_t *vote;
     int64_t *count;
-    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
-    k->before = springls__component_list(ctx);
-    k->before_count = ctx->component_count;
-    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    springls__place_job job;
+    SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
+    graph->before = springls__component_list(ctx);
+    graph->before_count = ctx->component_count;
+    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    k->place = springls__places_now(&ctx->model);
+    graph->place = springls__places_now(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
-    votes = springls__collect_votes(ctx, k, vote, count);
+    job.ctx = ctx;
+    job.graph = graph;
+    springls__parallel(ctx, ctx->model.set.count, 512, springls__place_springls_task, &job);
+    votes = springls__collect_votes(ctx, graph, vote, count);
     springls__sort_keys(vote, votes);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
-    k->link = springls__component_links(&ctx->model);
-    springls__link_by_votes(k, vote, votes, count);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
+    graph->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(graph, vote, votes, count);
+    springls__sort_links_by_now(graph, vote);
     return SPRINGLS_OK;
 }
 
 /* ---- ids ---- */
 
-/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
-   -1: none. */
-SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+/* Returns a key that sorts component i of a list by its volume, the largest first; those of equal volume by i. */
+SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
 {
-    int32_t i, best = -1;
-    for (i = 0; i < k->before_count; i++)
-        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
-    return best;
+    float size = springls__max((float)volume, 0.0f);
+    uint32_t bits;
+    memcpy(&bits, &size, sizeof bits);
+    return (uint64_t)(~bits) << 32 | (uint64_t)i;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
-SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
+   ones. */
+SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = k->labels.item;
-    uint8_t *done;
-    int32_t before;
-    int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
-    done = springls__component_done(&ctx->model);
-    memset(done, 0, (size_t)k->before_count);
-    while ((before = springls__next_heir(k, done)) >= 0) {
-        int32_t largest = -1;
-        for (i = 0; i < k->link_count; i++) {
-            int32_t now = k->link[i].now;
-            if (k->link[i].before != before || item[now].id) continue;
-            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+    springls__component_now *item = graph->labels.item;
+    uint64_t *order;
+    int i, k;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    order = springls__component_order(&ctx->model);
+    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->before_count);
+    for (k = 0; k < graph->before_count; k++) {
+        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+        int links;
+        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        for (i = 0; i < links; i++) {
+            int32_t now = link[i].now;
+            if (item[now].id) continue;
+            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
         }
-        done[before] = 1;
-        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+        if (largest >= 0) item[largest].id = graph->before[before].view.id;
     }
-    for (i = 0; i < k->labels.count; i++)
+    for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
     return SPRINGLS_OK;
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
                                            springls_component *out)
 {
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    const springls__surface_sums *sums = &item->surface;
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
     memset(out, 0, sizeof *out);
     out->id = item->id;
     out->cavity = item->cavity;
-    out->volume = item->volume * scale;
-    out->area = item->world_area;
+    out->volume = sums->volume * scale;
+    out->area = sums->world_area;
     out->correction = item->moved;
-    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
-                                                    (float)(item->moment[2] * weight)), out->center);
+    springls__voxel_to_world(ctx, springls__v3_make((float)(sums->moment[0] * weight), (float)(sums->moment[1] * weight),
+                                                    (float)(sums->moment[2] * weight)), out->center);
 }
 
 /* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
-SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__place_now now = k->place[i];
-        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+        springls__springl_components now = graph->place[i];
+        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of the components now, besides that of those before, which stays. */
+/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
 /* Replaces the list by the components now, by ascending ids. */
-SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    uint64_t *order = springls__component_order(&ctx->model);
     springls__buffer memory = ctx->component_memory;
-    int i, j;
-    for (i = 0; i < k->labels.count; i++) {
-        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
-        memset(&list[j], 0, sizeof *list);
-        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
-        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    int i;
+    for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
+    springls__sort_keys(order, (size_t)graph->labels.count);
+    for (i = 0; i < graph->labels.count; i++) {
+        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        memset(&list[i], 0, sizeof *list);
+        springls__write_component_view(ctx, item, &list[i].view);
+        springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
     }
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
-    ctx->component_count = k->labels.count;
-    ctx->components_known = ctx->components_fresh = true;
+    ctx->component_count = graph->labels.count;
+    ctx->components_found = ctx->components_fresh = true;
 }
 
 /* ---- which label is whose ---- */
@@ -12026,8 +12389,8 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
-        if (label >= 0) id[label] = c->seen.id;
+        int32_t label = springls__component_of_voxel(g, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        if (label >= 0) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
 }
@@ -12350,27 +12713,63 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
-enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+enum {
+    SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_ITERATE,
+    SPRINGLS__RELAX_ITERATED,
+    SPRINGLS__RELAX_COVER,
+    SPRINGLS__RELAX_COVERED
+};
+
+/* Makes the springls what a kernel has written to relaxed_springls. */
+SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
+    springls__constellation_moved(ctx);
+}
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
+    const springls_params *params = &ctx->model.params;
+    const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
+    case SPRINGLS__RELAX_BEGIN:
+        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
+        if (params->cover) {
+            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__take_relaxed(ctx);
+        }
+        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, ctx->model.set.count));
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, NULL);
+        if (ctx->work.repetition == params->relax_iterations)
+            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
+        springls__take_relaxed(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_COVER:
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
+    case SPRINGLS__RELAX_COVERED:
     default:
-        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-        springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
-            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        springls__take_relaxed(ctx);
         return SPRINGLS_OK;
     }
+}
+
+/* Gives springls their shares again, after some have come or gone. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    springls_status status = springls__next_stage(ctx, springls__relax);
+    ctx->work.repetition = ctx->model.params.relax_iterations;
+    return status;
 }
 
 /* Turns flipped triangles round (section 4.3.1). */
@@ -13008,8 +13407,8 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 
 /* ---- the list ---- */
 
-/* Forgets the events so far. */
-SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+/* Clears the list of events. */
+SPRINGLS__FN void springls__clear_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
 
 /* Appends an event without parts. */
 SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
@@ -13029,19 +13428,11 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
 {
     springls_component part;
-    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[now], &part);
     springls__add_event_part(ctx, &part);
-}
-
-/* Returns how many links a component before has, or one of now. */
-SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
-{
-    int i, n = 0;
-    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
-    return n;
 }
 
 /* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
@@ -13054,8 +13445,8 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
 }
 
 /* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
-SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
-                                                     int32_t now, springls_event *event)
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
+                                                     int32_t before, int32_t now, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -13068,11 +13459,12 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t was = springls__find_component(k->before, k->before_count, id);
-        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
-        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
+        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (component_before < 0 || component_now < 0) continue;
+        if (before >= 0 ? component_before != before : component_now != now) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? is : was;
+        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
@@ -13080,54 +13472,57 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 }
 
 /* Lists the deaths and splits of a component before. */
-SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
+                                                            int32_t before)
 {
-    const springls_component *seen = &k->before[before].seen;
-    int parts = springls__links_of(k, before, -1), i;
+    const springls_component *view = &graph->before[before].view;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
-    springls__add_event_part(ctx, seen);
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
-    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__add_event_part(ctx, view);
+    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
+    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists the births and mergers of a component of now. */
-SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
+                                                             int32_t now)
 {
-    int parts = springls__links_of(k, -1, now), i;
+    int parts, i;
+    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
-    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
+                                graph->labels.item[now].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < k->link_count; i++)
-        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
-    springls__add_part_now(ctx, k, now);
-    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
+    springls__add_part_now(ctx, graph, now);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
 /* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
    still. On failure the list stays as it was. */
-SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
-    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
     ctx->event_part_count = parts;
@@ -13137,34 +13532,34 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 /* ---- following ---- */
 
 /* Finds the components as they are now, and their ids. */
-SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
-    SPRINGLS__TRY(springls__find_kinship(ctx, k));
-    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
-    return springls__component_list_reserve(ctx, k->labels.count);
+    SPRINGLS__TRY(springls__link_components(ctx, graph));
+    SPRINGLS__TRY(springls__assign_component_ids(ctx, graph));
+    return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
 /* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
-SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
-    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
-    springls__store_components(ctx, k);
-    springls__label_springls(ctx, k);
+    if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));
+    springls__store_components(ctx, graph);
+    springls__label_springls(ctx, graph);
     return SPRINGLS_OK;
 }
 
 /* Follows the components without keeping their volumes. */
-SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 {
-    springls__kinship k;
+    springls__component_graph graph;
     SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
-    SPRINGLS__TRY(springls__begin_following(ctx, &k));
-    return springls__end_following(ctx, &k);
+    SPRINGLS__TRY(springls__identify_components(ctx, &graph));
+    return springls__commit_components(ctx, &graph);
 }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
-   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
    after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
    not every device has: it always runs on the host. */
 
@@ -13183,7 +13578,7 @@ typedef struct springls__lock_node {
 } springls__lock_node;
 
 typedef struct springls__lock {
-    springls__kinship kinship;
+    springls__component_graph graph;
     springls__locked_component *item; /* one a component of now               */
     springls__lock_node *node;        /* components before, then those of now */
     int32_t *parent;                  /* their forest                         */
@@ -13194,12 +13589,12 @@ typedef struct springls__lock {
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    const springls__component_graph *graph = &lock->graph;
+    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
     lock->item = springls__locked_components(&ctx->model);
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
@@ -13208,9 +13603,9 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
-        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
-            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
+        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
@@ -13221,36 +13616,36 @@ SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 /* Links what springls link, and specks with the largest body. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    const springls__component_now *now = k->labels.item;
+    const springls__component_graph *graph = &lock->graph;
+    const springls__component_now *now = graph->labels.item;
     int i, largest = -1;
-    for (i = 0; i < k->link_count; i++)
-        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
-    for (i = 0; i < k->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
-    for (i = 0; i < k->before_count && largest >= 0; i++)
-        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
-            springls__join_trees(lock->parent, i, k->before_count + largest);
-    for (i = 0; i < k->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    for (i = 0; i < graph->link_count; i++)
+        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+    for (i = 0; i < graph->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->before_count && largest >= 0; i++)
+        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->before_count + largest);
+    for (i = 0; i < graph->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
     }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
-    int i, nodes = k->before_count + k->labels.count;
+    const springls__component_graph *graph = &lock->graph;
+    int i, nodes = graph->before_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
         lock->node[root].target += lock->node[i].target;
         lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < k->labels.count; i++) {
+    for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -13259,7 +13654,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 /* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
 SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i, v, o[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -13305,7 +13700,7 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        int32_t body = job->lock->kinship.place[begin].body;
+        int32_t body = job->lock->graph.place[begin].body;
         springls__v3 by;
         if (body < 0) continue;
         by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
@@ -13318,42 +13713,40 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
 /* Adds a triangle to the body that it bounds. */
 SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
-    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+    springls__surface_sums sums = springls__triangle_sums(l, triangle->t);
+    int32_t body = triangle->inner[0]; /* a node from label_bodies, or of a constant brick, from first_brick on */
+    if (body >= 0 && body < l->count) springls__add_sums(&l->item[body].surface, &sums, 1.0);
 }
 
 /* Measures the bodies, with the labels from before they moved. */
 SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
-    int i, c;
-    for (i = 0; i < l->count; i++) {
-        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
-        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
-    }
+    springls__labels *l = &lock->graph.labels;
+    int i;
+    for (i = 0; i < l->count; i++) memset(&l->item[i].surface, 0, sizeof l->item[i].surface);
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
 /* Sums volumes and areas of linked bodies; specks have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
     for (i = 0; i < l->count; i++) {
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
-        all->volume += l->item[i].volume;
-        if (!lock->item[i].speck) all->area += l->item[i].area;
+        all->volume += l->item[i].surface.volume;
+        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
     }
 }
 
 /* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
-    const springls__kinship *k = &lock->kinship;
+    const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < k->before_count + k->labels.count; i++) {
+    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -13365,7 +13758,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 /* Chooses offsets by Newton's method. False when no component has to move. */
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
@@ -13397,7 +13790,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     ctx->stats.volume_correction = 0.0f;
     if (!springls__choose_offsets(lock)) return false;
     springls__label_bodies(&ctx->model.grid, lock);
-    lock->kinship.labels.body = lock->body;
+    lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
@@ -13406,7 +13799,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     }
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    for (i = 0; i < lock->kinship.labels.count; i++)
+    for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
     return true;
 }
@@ -13423,9 +13816,9 @@ SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, sprin
 /* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
 SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
 {
-    springls__labels *l = &lock->kinship.labels;
+    springls__labels *l = &lock->graph.labels;
     int i;
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock->graph));
     for (i = 0; i < l->count; i++) {
         int32_t body = lock->body[l->item[i].deepest];
         if (body >= 0) l->item[i].moved = lock->item[body].moved;
@@ -13436,13 +13829,13 @@ SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, spr
 /* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
 SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
 {
-    const springls__labels *l = &lock->kinship.labels;
+    const springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) {
         const springls__lock_node *all = &lock->node[lock->item[i].node];
         int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
         springls__component *kept = springls__component_list(ctx) + at;
-        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].surface.volume / all->volume);
     }
     ctx->volumes_locked = true;
 }
@@ -13453,10 +13846,10 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
     springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__identify_components(ctx, &lock.graph));
     SPRINGLS__TRY(springls__find_targets(ctx, &lock));
     if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
-    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__commit_components(ctx, &lock.graph));
     springls__lock_components(ctx, &lock);
     return SPRINGLS_OK;
 }
@@ -13482,13 +13875,13 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 /* Returns true when components have ids, but no volumes to keep. */
 SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+    return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
 /* Returns true when the model has changed since its components were found, or they have not been found yet. */
 SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
 {
-    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+    return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
 
 /* Returns true when contract will use phi as it was before the springls moved. */
@@ -13510,6 +13903,13 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 }
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
+/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+        && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
+}
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
@@ -13567,10 +13967,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        springls__forget_targets(ctx);
+        springls__clear_target_volumes(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
-    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -13676,7 +14076,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -13693,7 +14093,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -13713,6 +14113,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -13725,6 +14126,7 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
     SPRINGLS__END_SUBSTEP
 };
 
@@ -13824,7 +14226,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
-    springls__forget_events(ctx);
+    springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
@@ -13982,6 +14384,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.kappa_ext = 1.0f;
     p.relax_step_length = 0.1f;
     p.relax_step_rotation = 0.1f;
+    p.cover = 0;
     p.relax_same_side = 0;
     p.contract_distance = 0.625f; /* (1 + 0.25) d_max */
     p.min_angle = 20.0f;
@@ -14029,6 +14432,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.5f;
+    p.cover = 1;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -14075,6 +14479,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(cover, 0, 1);
     SPRINGLS__IN(relax_same_side, 0, 1);
     SPRINGLS__IN(reshape, 0, 1);
     SPRINGLS__IN(resample_last, 0, 1);
@@ -14121,8 +14526,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
-    springls__buffer_free(ctx, &ctx->label_parent);
-    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_voxel);
+    springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
@@ -15862,7 +16267,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 /* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
 /* set_springls.h - models from springls themselves, and which of them relax. */
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -16654,11 +17059,11 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 /* Completes a step in progress, and finds the components of a model that has changed since. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
-    if (!springls__follows_components(ctx))
+    if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
@@ -16674,7 +17079,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
     shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
     *components = shown;
     *count = ctx->component_count;
     return SPRINGLS_OK;
@@ -17060,7 +17465,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
         springls__tri t = springls__level_triangle(cell, mask, at, k);
         float weight[3];
         double along;
-        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
+        if (ray->best.found && along == ray->t_max) continue;
         ray->t_max = along;
         ray->best.found = true;
         ray->best.place = springls__tri_point(t, weight);
@@ -17141,8 +17547,8 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 
 /* ---- the closest point ---- */
 
-/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
-   of voxels are lower bounds of them. */
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
+   boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
     float weight[3];            /* model units that a voxel along each axis is at least                         */
@@ -17294,8 +17700,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
-   there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
+   where there are none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -17305,9 +17711,11 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     for (k = 0; k < 3; k++) {
         int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
         if (lower > 0)
-            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
         if (upper < g->bricks[k])
-            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
     }
     return bound;
 }
@@ -17389,8 +17797,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
-   search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
+   the search still holds of the one before saves time and cannot change the result. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -17405,7 +17813,8 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
         center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
     }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;
@@ -17623,7 +18032,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
 }
 
 /* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
-SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
+                                                                int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
     springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
@@ -17672,7 +18082,8 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
 /* ---- on the springls ---- */
 
 /* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__surface_hit material;
     springls__tri t;
@@ -17746,11 +18157,12 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     int springl;
     springls__hit_none(out);
     if (!h->found) return;
-    springl = q->cells ? springls__springl_at(ctx, h)
-                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    if (q->cells) springl = springls__springl_at(ctx, h);
+    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
     springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
-    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
+                        : springls__material_at(ctx, springl, h->place);
     *guess = material.triangle;
     springls__hit_material(ctx, &material, out);
 }
@@ -17814,8 +18226,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
-                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
                                            | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
@@ -18494,6 +18906,23 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
+/* Returns the area of all springls, world units. */
+SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
+{
+    double sum = 0.0;
+    float corners[9];
+    springls__tri t;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
+        t.a = springls__v3_make(corners[0], corners[1], corners[2]);
+        t.b = springls__v3_make(corners[3], corners[4], corners[5]);
+        t.c = springls__v3_make(corners[6], corners[7], corners[8]);
+        sum += 0.5 * (double)springls__length(springls__tri_area2(t));
+    }
+    return sum;
+}
+
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
     springls__raw_mesh raw;
@@ -18514,6 +18943,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
     memcpy(out->upper, report.hi, sizeof out->upper);
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    out->coverage = report.area > 0.0 ? springls__springls_area(ctx) / report.area : 0.0;
     out->components = report.components;
     out->euler = report.euler;
     return SPRINGLS_OK;
@@ -18585,7 +19016,7 @@ typedef struct springls__snapshot_state {
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
-    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint8_t components_found, components_fresh, volumes_locked, pad;
     uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
@@ -18731,7 +19162,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components = ctx->component_count;
     s->events = ctx->event_count;
     s->event_parts = ctx->event_part_count;
-    s->components_known = ctx->components_known;
+    s->components_found = ctx->components_found;
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
@@ -18980,10 +19411,10 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
     int i;
     for (i = 0; i < s->components; i++) {
         memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
         if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.seen.id;
+        before = c.view.id;
     }
     return true;
 }
@@ -19210,7 +19641,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
     ctx->last_body = s->last_body;
-    ctx->components_known = s->components_known != 0;
+    ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
@@ -19297,16 +19728,24 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     return SPRINGLS_OK;
 }
 
+/* Returns the direction of grad phi at a springl's particle (section 6); the normal of its triangle where phi has next to no
+   gradient. */
+SPRINGLS__FN springls__v3 springls__surfel_normal(const springls__grid *g, springls__springl s)
+{
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    return springls__length2(gradient) > 0.01f ? gradient : springls__springl_normal(s);
+}
+
 /* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
+        springls__v3 n = springls__normal_to_world(ctx, springls__surfel_normal(&ctx->model.grid, *s));
         float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
@@ -19344,7 +19783,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 813 \"springls.h\"\n",
+    "#line 837 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19395,6 +19834,7 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
     "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
     "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
+    "    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */\n",
     "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
@@ -19449,7 +19889,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1749 \"springls.h\"\n",
+    "#line 1779 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19527,7 +19967,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1828 \"springls.h\"\n",
+    "#line 1858 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19603,15 +20043,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \\\n",
-    "    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \\\n",
+    "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1913 \"springls.h\"\n",
+    "#line 1944 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19687,7 +20128,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1990 \"springls.h\"\n",
+    "#line 2021 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19706,7 +20147,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2010 \"springls.h\"\n",
+    "#line 2041 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19721,7 +20162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2026 \"springls.h\"\n",
+    "#line 2057 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19845,7 +20286,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2150 \"springls.h\"\n",
+    "#line 2181 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -19871,7 +20312,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2177 \"springls.h\"\n",
+    "#line 2208 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20022,7 +20463,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2329 \"springls.h\"\n",
+    "#line 2360 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20037,7 +20478,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2344 \"springls.h\"\n",
+    "#line 2375 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20161,14 +20602,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2468 \"springls.h\"\n",
+    "#line 2499 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2476 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20180,7 +20621,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2488 \"springls.h\"\n",
+    "#line 2519 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20195,7 +20636,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2504 \"springls.h\"\n",
+    "#line 2535 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20239,7 +20680,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2548 \"springls.h\"\n",
+    "#line 2579 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20254,7 +20695,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2563 \"springls.h\"\n",
+    "#line 2594 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20298,7 +20739,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2607 \"springls.h\"\n",
+    "#line 2638 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20377,7 +20818,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2686 \"springls.h\"\n",
+    "#line 2717 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20392,7 +20833,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2702 \"springls.h\"\n",
+    "#line 2733 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20455,7 +20896,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2765 \"springls.h\"\n",
+    "#line 2796 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20470,7 +20911,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2780 \"springls.h\"\n",
+    "#line 2811 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20533,7 +20974,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2844 \"springls.h\"\n",
+    "#line 2875 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20546,7 +20987,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
-    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
@@ -20870,7 +21311,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3182 \"springls.h\"\n",
+    "#line 3213 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21311,7 +21752,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3624 \"springls.h\"\n",
+    "#line 3655 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21487,7 +21928,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3801 \"springls.h\"\n",
+    "#line 3832 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21658,7 +22099,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3973 \"springls.h\"\n",
+    "#line 4004 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -21791,7 +22232,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4107 \"springls.h\"\n",
+    "#line 4138 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -21800,7 +22241,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4116 \"springls.h\"\n",
+    "#line 4147 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21815,7 +22256,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4132 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21828,7 +22269,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4145 \"springls.h\"\n",
+    "#line 4176 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21843,7 +22284,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4160 \"springls.h\"\n",
+    "#line 4191 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -21856,7 +22297,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4173 \"springls.h\"\n",
+    "#line 4204 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22116,7 +22557,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4924 \"springls.h\"\n",
+    "#line 4955 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22142,7 +22583,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4951 \"springls.h\"\n",
+    "#line 4982 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22211,7 +22652,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5021 \"springls.h\"\n",
+    "#line 5052 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22313,7 +22754,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5124 \"springls.h\"\n",
+    "#line 5155 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22404,7 +22845,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5216 \"springls.h\"\n",
+    "#line 5247 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22441,6 +22882,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction that springl s faces: its normal or, where its triangle has no area, that of phi. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, springls__springl s)\n",
+    "{\n",
+    "    springls__v3 area2 = springls__tri_area2(springls__springl_tri(s)), n;\n",
+    "    n = springls__normalize(springls__length(area2) > 2e-4f ? area2\n",
+    "                                                            : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;\n",
     "}\n",
     "\n",
     "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
@@ -22541,7 +22991,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -22551,11 +23001,11 @@ static const char *const springls__kernel_lines[] = {
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->set.mask[i]) return;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
     "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i]\n",
-    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
@@ -22565,18 +23015,16 @@ static const char *const springls__kernel_lines[] = {
     "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    springls__v3 area2 = springls__tri_area2(t), n;\n",
-    "    float area = 0.5f * springls__length(area2);\n",
+    "    float area = 0.5f * springls__length(springls__tri_area2(t));\n",
     "    (void)args;\n",
     "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
-    "    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
-    "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
-    "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
+    "    t = springls__equilateral(s.p, springls__facing(model, s), springls__sub(t.a, s.p), springls__max(area, smallest));\n",
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is removed.\n",
-    "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is\n",
+    "   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that\n",
+    "   only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -22587,7 +23035,7 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        bool older = model->set.generation[other] < model->set.generation[i]\n",
+    "        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
@@ -22607,14 +23055,107 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already. */\n",
+    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5427 \"springls.h\"\n",
+    "#line 5465 \"springls.h\"\n",
+    "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
+    "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
+    "\n",
+    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "\n",
+    "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
+    "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
+    "\n",
+    "/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it\n",
+    "   too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float arm = 0.45f; /* voxel */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    int m;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i])\n",
+    "        for (m = 0; m < 3; m++)\n",
+    "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
+    "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
+    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
+    "{\n",
+    "    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */\n",
+    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
+    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
+    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__share share;\n",
+    "    int k, j;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
+    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
+    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
+    "        springls__v3 d = springls__sub(o.p, p);\n",
+    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
+    "        x = springls__dot(d, u) * near2;\n",
+    "        y = springls__dot(d, v) * near2;\n",
+    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
+    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
+    "    }\n",
+    "    share.area = 0.0f;\n",
+    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
+    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
+    "        share.area += cell[j];\n",
+    "    }\n",
+    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
+    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
+    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
+    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
+    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
+    "}\n",
+    "\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
+    "{\n",
+    "    float along = springls__sqrt(c * c + s * s) + c;\n",
+    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
+    "    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */\n",
+    "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n, u, v;\n",
+    "    springls__share share;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        u = springls__first_arm(s, n);\n",
+    "        v = springls__cross(n, u);\n",
+    "        share = springls__share_of(model, i, u, v);\n",
+    "        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "#line 5559 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -22690,7 +23231,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5504 \"springls.h\"\n",
+    "#line 5636 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -22705,7 +23246,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5519 \"springls.h\"\n",
+    "#line 5651 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22720,7 +23261,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5535 \"springls.h\"\n",
+    "#line 5667 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22731,7 +23272,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5546 \"springls.h\"\n",
+    "#line 5678 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22746,7 +23287,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5561 \"springls.h\"\n",
+    "#line 5693 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -22757,7 +23298,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5572 \"springls.h\"\n",
+    "#line 5704 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -22860,7 +23401,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5676 \"springls.h\"\n",
+    "#line 5808 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23339,7 +23880,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6156 \"springls.h\"\n",
+    "#line 6288 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23446,7 +23987,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6264 \"springls.h\"\n",
+    "#line 6396 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23581,7 +24122,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6400 \"springls.h\"\n",
+    "#line 6532 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -23770,7 +24311,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6590 \"springls.h\"\n",
+    "#line 6722 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -23882,7 +24423,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6703 \"springls.h\"\n",
+    "#line 6835 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
     "   phi is that of their union. */\n",
     "\n",
@@ -23895,7 +24436,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6717 \"springls.h\"\n",
+    "#line 6849 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -24241,7 +24782,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7064 \"springls.h\"\n",
+    "#line 7196 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24392,7 +24933,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7216 \"springls.h\"\n",
+    "#line 7348 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24414,7 +24955,7 @@ static const char *const springls__kernel_lines[] = {
     "    rule.kappa_int = params->kappa_int;\n",
     "    rule.kappa_ext = params->kappa_ext;\n",
     "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->relax_step_length;\n",
+    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
     "    rule.step_rotation = params->relax_step_rotation;\n",
     "    rule.threshold = params->threshold;\n",
     "    rule.weight = params->weight;\n",
@@ -24422,7 +24963,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7246 \"springls.h\"\n",
+    "#line 7378 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24437,7 +24978,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7262 \"springls.h\"\n",
+    "#line 7394 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24606,7 +25147,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7431 \"springls.h\"\n",
+    "#line 7563 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24621,7 +25162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7446 \"springls.h\"\n",
+    "#line 7578 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24790,7 +25331,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7615 \"springls.h\"\n",
+    "#line 7747 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24813,7 +25354,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
     "}\n",
     "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -24821,10 +25363,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (!certain || springls__is_overlapped(model, i) || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7650 \"springls.h\"\n",
+    "#line 7784 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -24890,24 +25433,28 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
+    "/* Returns true when springl i has grown too large, and is not of the mask. */\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
-    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
-    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
+    "    const springls_params *p = &model->params;\n",
+    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
+    "    return !model->set.mask[i]\n",
+    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
+    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
     "}\n",
     "\n",
     "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
     "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
     "{\n",
     "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
-    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "        && springls__is_overgrown(model, i);\n",
     "}\n",
     "\n",
     "/* Splits springl i into halves, stored by its number. */\n",
@@ -24931,7 +25478,7 @@ static const char *const springls__kernel_lines[] = {
     "    first = springls__split_halves(model)[2u * number];\n",
     "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
@@ -24943,7 +25490,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7770 \"springls.h\"\n",
+    "#line 7908 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -25284,7 +25831,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8112 \"springls.h\"\n",
+    "#line 8250 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25381,7 +25928,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8210 \"springls.h\"\n",
+    "#line 8348 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -25457,7 +26004,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8287 \"springls.h\"\n",
+    "#line 8425 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -25693,7 +26240,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8524 \"springls.h\"\n",
+    "#line 8662 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -25718,7 +26265,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8550 \"springls.h\"\n",
+    "#line 8688 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -25977,7 +26524,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8810 \"springls.h\"\n",
+    "#line 8948 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -25989,6 +26536,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
+    "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
+    "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
     "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
@@ -26065,7 +26614,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26069 \"springls.h\"\n",
+    "#line 26618 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27035,7 +27584,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    springls__forget_targets(ctx);
+    springls__clear_target_volumes(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -27354,7 +27903,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
     ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
