@@ -19,6 +19,9 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
+/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */
+typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -79,6 +82,7 @@ typedef struct springls_params {
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
     float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
+    springls_contact contact; /* of bodies that touch                                                              */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are

@@ -53,7 +53,7 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
     for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
     child.s.p = fit.point;

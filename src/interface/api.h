@@ -832,6 +832,8 @@ typedef enum springls_operation {
      rest.
    - The original surface becomes both originals together: triangles of the other are numbered from this model's
      springls_material_triangle_count on, as it was before the call.
+   - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
+     the other operations bodies are found anew.
    - The other model stays as it is; a step in progress there is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */

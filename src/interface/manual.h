@@ -203,6 +203,7 @@
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
                 min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
+                contact              MERGE, SEPARATE: see CONTACT                        MERGE     MERGE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
@@ -303,6 +304,22 @@
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
    it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
    attributes as they keep springls.
+
+
+   CONTACT
+
+   With contact = MERGE bodies that touch become one, as in every level set; what lies in both is gone. With contact = SEPARATE
+   each body keeps its surface, for fingers that touch, folds, and bodies that are pressed together and come apart:
+
+     - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
+       springls_combine adds those of the other model. New springls are of the body that they come from.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, and do not take
+       part in phi, which is that of the union while bodies overlap; so are zero level, meshes, measures and volume_lock.
+     - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
+       tell bodies by springl (springls_batch) or by correspondence.
+     - The topology of a body is free as ever. One that splits is one body still, whose parts merge again.
+
+   Springls that lie deep in another body are followed by where they have gone in: by steps of at most two voxels.
 
 
    EVENTS

@@ -217,7 +217,7 @@ SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_c
                                                                 int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
     return springls__material_at(ctx, springl, x);

@@ -10,6 +10,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
+#include "bodies.h"
 #include "evolve.h"
 #include "rebuild.h"
 
@@ -85,6 +86,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
         args.project.carry = carry;
         args.project.max_displacement = *displacement;
