@@ -45,6 +45,7 @@
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
+     >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
      >>relax:kernel         kernels_embed/stages/relax.h
@@ -76,6 +77,9 @@
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
+     >>bodies               src/stages/bodies.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>fill_gaps            src/stages/fill_gaps.h
      >>fill_from_springls   src/stages/fill_from_springls.h
      >>rebuild              src/stages/rebuild.h
@@ -90,8 +94,6 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
-     >>components           src/stages/components.h
-     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -324,6 +326,7 @@
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
                 min_component        smaller components and bubbles are joined or go     1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
+                contact              MERGE, SEPARATE: see CONTACT                        MERGE     MERGE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
@@ -419,6 +422,21 @@
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
    it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
    attributes as they keep springls.
+
+   CONTACT
+
+   With contact = MERGE bodies that touch become one, as in every level set; what lies in both is gone. With contact = SEPARATE
+   each body keeps its surface, for fingers that touch, folds, and bodies that are pressed together and come apart:
+
+     - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
+       springls_combine adds those of the other model. New springls are of the body that they come from.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, and do not take
+       part in phi, which is that of the union while bodies overlap; so are zero level, meshes, measures and volume_lock.
+     - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
+       tell bodies by springl (springls_batch) or by correspondence.
+     - The topology of a body is free as ever. One that splits is one body still, whose parts merge again.
+
+   Springls that lie deep in another body are followed by where they have gone in: by steps of at most two voxels.
 
    EVENTS
 
@@ -835,6 +853,9 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
+/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */
+typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -895,6 +916,7 @@ typedef struct springls_params {
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
     float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
     springls_topology topology;
+    springls_contact contact; /* of bodies that touch                                                              */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
@@ -1621,6 +1643,8 @@ typedef enum springls_operation {
      rest.
    - The original surface becomes both originals together: triangles of the other are numbered from this model's
      springls_material_triangle_count on, as it was before the call.
+   - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
+     the other operations bodies are found anew.
    - The other model stays as it is; a step in progress there is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */
@@ -2863,6 +2887,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
+    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
@@ -3086,16 +3112,32 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = 0u;
+    record->component = record->cavity = record->body = 0u;
+    record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
 }
 
-/* Gives springl i the components of springl `from`, beside which it is new. */
+/* Gives springl i the components and the body of springl `from`, beside which it is new. */
 SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
+    model->set.body[i] = model->set.body[from];
+    model->set.overlapped[i] = model->set.overlapped[from];
+}
+
+/* Returns true when two springls are of bodies that stay two. */
+SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+{
+    uint32_t a = model->set.body[i], b = model->set.body[other];
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
+}
+
+/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */
+SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)
+{
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -4609,6 +4651,7 @@ struct springls_context {
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
+    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
@@ -5049,9 +5092,9 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
+   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
+                                                             springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -5059,6 +5102,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -5075,9 +5119,36 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__spans_sheet(gaps) != 0;
+}
+
+/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
+   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;
+   -1: all do. */
+SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
+{
+    const float same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, side = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        int here;
+        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;
+        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;
+        best = springls__min(best, d2);
+    }
+    return side;
 }
 
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
@@ -5121,11 +5192,12 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
+    if (springls__of_two_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(d, n, m);
+    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5156,7 +5228,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
+        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5307,6 +5379,16 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
+/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */
+SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)
+{
+    const float ahead = 0.75f, radius = 1.6f; /* voxels */
+    springls__springl s = model->set.s[i];
+    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;
+    if (model->set.overlapped[i]) return true;
+    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -5318,7 +5400,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
     if (model->set.mask[i]) return;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -5337,8 +5420,9 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
-   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is
+   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that
+   only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -5353,6 +5437,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
+        if (springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -5380,8 +5465,8 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
    the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
 
-/* Directions about a springl in which its share is measured, 30 degrees apart. */
-#define SPRINGLS__SHARE_DIRECTIONS 12
+/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
+#define SPRINGLS__SHARE_DIRECTIONS 6
 
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
@@ -5400,36 +5485,68 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
+SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
    Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
 SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
 {
-    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
-    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
-                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
+    springls__cell_sides sides;
     springls__share share;
     int k, j;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
-        springls__v3 d = springls__sub(o.p, p);
-        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
-        x = springls__dot(d, u) * near2;
-        y = springls__dot(d, v) * near2;
-        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
-            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, near2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
+        d = springls__sub(o->p, p);
+        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
+    }
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
+        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
     }
     share.area = 0.0f;
     for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
-        share.area += cell[j];
+        share.area += ahead[j] + behind[j];
+        odd[j] = ahead[j] - behind[j];
     }
-    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
-    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    share.cosine = odd[0] - odd[2] + odd[4];
+    share.sine = odd[1] - odd[3] + odd[5];
     return share;
 }
 
@@ -6250,6 +6367,11 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
+            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+                if (d2 >= best) continue;
+                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
+                count = 0;
+            }
             sum = springls__add(sum, model->set.a[other]);
             count++;
             if (d2 < best) {
@@ -6265,8 +6387,9 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     return s.p;
 }
 
-/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
+   those of one side. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -6280,6 +6403,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
@@ -6317,7 +6441,7 @@ SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springl
     return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -6325,13 +6449,15 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
 }
 
-/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of
+   the body of springl `of`. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
@@ -6340,6 +6466,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        if (springls__of_two_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -6354,18 +6481,18 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    if (!springls__has_room(model, i, x, n)) return seed;
+    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
@@ -6395,7 +6522,8 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
+            || springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6720,8 +6848,9 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
+    model->set.overlapped[n] = 0;
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
             s.p = fit.point;
@@ -6734,10 +6863,26 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     model->set.synced_position[n] = s.p;
 }
 
+/* ======== >>overlap:kernel  (kernels_embed/stages/overlap.h) =================================================== */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
+   phi is that of their union. */
+
+/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing
+   changes. */
+SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = 2.5f; /* voxels: springls move by no more than two at once */
+    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    (void)args;
+    if (side != 0) model->set.overlapped[i] = side < 0;
+}
+
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
 
-/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
+
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
    side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -6750,6 +6895,9 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
+    if (!springls__is_overlapped(model, (int)n)) return;
+    o->p.x = SPRINGLS__FAR_AWAY;
+    o->edge = 0;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
@@ -7659,7 +7807,8 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7712,7 +7861,7 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
     for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
     child.s.p = fit.point;
@@ -7881,30 +8030,6 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
-SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
-{
-    const float radius = 1.6f, same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    bool behind = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float within = radius + s->bounding_radius, d2;
-        springls__tri_plan plan;
-        bool here;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 > best + same) continue;
-        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
-        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
-        best = springls__min(best, d2);
-    }
-    return behind;
-}
-
 /* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
    voxel of the square is. */
 SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
@@ -7930,6 +8055,7 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
+    const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
@@ -7943,8 +8069,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
-    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
-                                                           0.5f * (float)(from[2] + to[2]))))
+    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
         *best = joint;
 }
 
@@ -8294,7 +8420,8 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
         for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
         float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
@@ -8303,6 +8430,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
@@ -8513,11 +8641,13 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;
@@ -8830,7 +8960,8 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
-    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    springls__v3 n = springls__springl_normal(model->set.s[springl]);
+    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
     return fit.ok ? fit.a : a;
 }
 
@@ -8880,12 +9011,13 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(ERROR))                                                                                                \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
     X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
     X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
@@ -9868,7 +10000,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
-    ctx->last_component_id = 0;
+    ctx->last_component_id = ctx->last_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -11397,886 +11529,6 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
     springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, NULL);
 }
 
-/* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
-/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
-
-/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
-SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
-{
-    const springls__model *model = &ctx->model;
-    const int bricks = model->grid.active_count;
-    uint32_t *first;
-    int i;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
-                                        | SPRINGLS__ROLE_BIT(brick_rank)));
-    first = model->cells.brick_list_first;
-    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
-    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
-    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
-    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
-    return SPRINGLS_OK;
-}
-
-/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
-SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    args.omega_forget.all = !ctx->omega_fresh;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
-        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
-    }
-    ctx->omega_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
-/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
-
-/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
-SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
-{
-    if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
-    springls__swap_phi(ctx);
-}
-
-enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
-
-SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
-{
-    switch (ctx->work.phase) {
-    case SPRINGLS__EVOLVE_OMEGA:
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
-    case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
-    case SPRINGLS__EVOLVE_COMMIT:
-    default:
-        springls__commit_phi(ctx, 1);
-        springls__mark_phi_synced(ctx);
-        return SPRINGLS_OK;
-    }
-}
-
-/* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
-/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
-   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
-
-/* Finds the springls missing beside others. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
-{
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* Chooses among them, and adds as many as there is room for. */
-SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
-{
-    springls__arguments args;
-    int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-    }
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
-    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
-    ctx->stats.refused += wanted - room;
-    ctx->stats.added += room;
-    if (room == 0) return SPRINGLS_OK;
-    args.insert.count = room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    springls__constellation_added(ctx, room);
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
-/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
-
-/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
-{
-    springls__arguments args;
-    int bricks;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
-    args.exposure.covered = covered;
-    args.exposure.covered_on_sheets = on_sheets;
-    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
-    return SPRINGLS_OK;
-}
-
-/* Adds springls there, as many as there is room for. */
-SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
-{
-    springls__arguments args;
-    int bricks = ctx->model.grid.active_count, wanted = 0, room;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
-    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
-    ctx->stats.refused += wanted - room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
-    args.insert.count = room;
-    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
-    springls__constellation_added(ctx, room);
-    return SPRINGLS_OK;
-}
-
-/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
-SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
-{
-    springls__arguments args;
-    int added = ctx->model.set.count - first;
-    double started;
-    if (added == 0) return;
-    args.fit.first = first;
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
-    springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
-    ctx->stats.added += added;
-    springls__constellation_changed(ctx);
-}
-
-enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
-
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
-{
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
-    const float d_max = ctx->model.params.d_max;
-    const int count = ctx->model.set.count;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__FILL_FIND_SEEDS:
-        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-        SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
-    case SPRINGLS__FILL_INSERT_SEEDS:
-        SPRINGLS__TRY(springls__insert_seeds(ctx));
-        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-    case SPRINGLS__FILL_FIND_EXPOSED:
-        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
-                                          springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
-    case SPRINGLS__FILL_EXPOSED:
-    default:
-        SPRINGLS__TRY(springls__fill_exposed(ctx));
-        springls__fit_new_springls(ctx, count);
-        return springls__attributes_after_fill(ctx, count);
-    }
-}
-
-/* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
-
-SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
-{
-    for (; sweeps > 0; sweeps--) {
-        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Adds the bricks that the band has reached, and drops those that it has left. */
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    uint32_t *mask;
-    uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
-    ctx->cells_fresh = false; /* they live in the bricks */
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    mask = springls__band_mask(&ctx->model);
-    keep = springls__band_keeps(&ctx->model);
-    wanted = springls__band_bricks(&ctx->model);
-    rank = springls__band_rank(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
-                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
-                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
-    for (i = 0; i < g->active_count; i++) {
-        rank[g->active[i]] = i;
-        keep[i] = 0;
-    }
-    for (i = 0; i < g->active_count; i++) {
-        int origin[3], at[3];
-        springls__slot_origin(g, g->active[i], origin);
-        for (d = 0; d < 27; d++) {
-            int brick;
-            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
-            brick = springls__brick_at(g, at[0], at[1], at[2]);
-            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
-            else wanted[missing++] = brick;
-        }
-    }
-    springls__grid_drop_bricks(g, keep);
-    return springls__grid_add_bricks(ctx, wanted, missing);
-}
-
-enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
-
-SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
-{
-    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
-    switch (ctx->work.phase) {
-    case SPRINGLS__REBUILD_INTERFACE:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    case SPRINGLS__REBUILD_SWEEP:
-    default:
-        springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    }
-}
-
-/* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
-/* neighbors.h - the neighbour lists of all springls (section 4.8). */
-
-/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
-SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
-{
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
-    ctx->neighbors_age = 0;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>relax  (src/stages/relax.h) ======================================================================== */
-/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
-
-enum {
-    SPRINGLS__RELAX_BEGIN,
-    SPRINGLS__RELAX_FIND_NEIGHBORS,
-    SPRINGLS__RELAX_ITERATE,
-    SPRINGLS__RELAX_ITERATED,
-    SPRINGLS__RELAX_COVER,
-    SPRINGLS__RELAX_COVERED
-};
-
-/* Makes the springls what a kernel has written to relaxed_springls. */
-SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
-{
-    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-    springls__constellation_moved(ctx);
-}
-
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
-{
-    const springls_params *params = &ctx->model.params;
-    const int count = ctx->model.set.count;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
-            springls__take_relaxed(ctx);
-        }
-        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-    case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_ITERATE:
-        if (ctx->work.repetition == params->relax_iterations)
-            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
-    case SPRINGLS__RELAX_ITERATED:
-        springls__take_relaxed(ctx);
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
-    case SPRINGLS__RELAX_COVERED:
-    default:
-        springls__take_relaxed(ctx);
-        return SPRINGLS_OK;
-    }
-}
-
-/* Gives springls their shares again, after some have come or gone. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
-{
-    springls_status status = springls__next_stage(ctx, springls__relax);
-    ctx->work.repetition = ctx->model.params.relax_iterations;
-    return status;
-}
-
-/* Turns flipped triangles round (section 4.3.1). */
-SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-    ctx->springl_surface_fresh = false;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>resample  (src/stages/resample.h) ================================================================== */
-/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
-
-SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
-{
-    springls__arguments args;
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
-    splits = springls__imin(wanted, room);
-    ctx->stats.refused += wanted - splits;
-    if (splits == 0) return SPRINGLS_OK;
-    args.insert.count = splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
-    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-    springls__constellation_added(ctx, splits);
-    ctx->stats.split += splits;
-    springls__constellation_changed(ctx);
-    springls__attributes_after_split(ctx, count);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>track  (src/stages/track.h) ======================================================================== */
-/* track.h - keeps correspondences on the original surface (section 4.7). */
-
-SPRINGLS__FN springls_status springls__track(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
-/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
-   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
-   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
-   cannot reach are outside too. */
-
-/* Makes the bricks within the band of any springl the active ones. */
-SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
-    uint8_t *wanted;
-    springls__constellation_changed(ctx);
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->bricks_around_springls(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
-    wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)bricks);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[brick];
-            wanted[brick] = 1;
-        }
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
-    list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < bricks; i++)
-        if (wanted[i]) list[count++] = i;
-    return springls__grid_add_bricks(ctx, list, count);
-}
-
-/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
-SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    int step = 1, axis, lines;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
-        do {
-            for (axis = lines = 0; axis < 3; axis++) {
-                args.grow_line.axis = axis;
-                args.grow_line.step = step;
-                args.grow_line.first_flag = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
-                lines += springls__lines_along(g, axis, step);
-            }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
-    return SPRINGLS_OK;
-}
-
-/* Grows the background by blocks of voxels in the active bricks. */
-SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
-{
-    const int bricks = ctx->model.grid.active_count;
-    springls__arguments args;
-    bool grew = true;
-    args.grow.block = block;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
-        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
-        springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
-    }
-    return SPRINGLS_OK;
-}
-
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
-   is the work of one thread. */
-typedef struct springls__region {
-    springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
-    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
-    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
-} springls__region;
-
-enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
-static const float springls__counted = -2.0f; /* a voxel that is            */
-
-/* Returns the place in phi of the i-th voxel of the active bricks. */
-SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
-{
-    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
-}
-
-SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
-{
-    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
-}
-
-/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
-SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int slot;
-    int64_t v;
-    if (!springls__grid_contains(g, x, y, z)) return;
-    slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) {
-        int brick = springls__brick_at(g, x, y, z);
-        if (r->state[brick] != SPRINGLS__OPEN) return;
-        r->state[brick] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)brick;
-        return;
-    }
-    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
-    if (!springls__uncounted(r, v)) return;
-    g->phi[v] = springls__counted;
-    r->member[r->count++] = v;
-}
-
-/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
-SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
-{
-    const springls__grid *g = &r->ctx->model.grid;
-    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
-    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3], to[3];
-    springls__brick_origin(g, brick, at);
-    at[0] += v & 7;
-    at[1] += v >> 3 & 7;
-    at[2] += v >> 6;
-    for (d = 0; d < 6; d++)
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++) {
-                springls__voxel_at_face(at, n, d, i, j, to);
-                springls__region_visit(r, to[0], to[1], to[2]);
-            }
-}
-
-/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
-SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int64_t i;
-    r->count = r->votes = 0;
-    g->phi[first] = springls__counted;
-    r->member[r->count++] = first;
-    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
-    if (r->votes <= 0) return;
-    for (i = 0; i < r->count; i++) {
-        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
-        else g->phi[r->member[i]] = 1.0f;
-    }
-}
-
-/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
-SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
-    springls__region region;
-    size_t room = springls__brick_count(g);
-    int64_t v;
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->resolve_regions(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    region.ctx = ctx;
-    region.state = springls__brick_state(&ctx->model);
-    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
-    region.member = springls__region_members(&ctx->model);
-    for (v = 0; v < voxels; v++) {
-        int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
-    }
-    return SPRINGLS_OK;
-}
-
-enum {
-    SPRINGLS__SIGN_OMEGA,
-    SPRINGLS__SIGN_GROW_BRICKS,
-    SPRINGLS__SIGN_GROW_COARSE,
-    SPRINGLS__SIGN_GROW_FINE,
-    SPRINGLS__SIGN_SIDES,
-    SPRINGLS__SIGN_COMMIT
-};
-
-SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
-{
-    const int bricks = ctx->model.grid.active_count;
-    const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0)
-            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
-    case SPRINGLS__SIGN_GROW_BRICKS:
-        SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
-    case SPRINGLS__SIGN_GROW_COARSE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
-    case SPRINGLS__SIGN_GROW_FINE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
-    case SPRINGLS__SIGN_SIDES:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
-    case SPRINGLS__SIGN_COMMIT:
-    default:
-        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
-        springls__mark_phi_synced(ctx);
-        return springls__next_stage(ctx, springls__rebuild);
-    }
-}
-
-/* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
-/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
-   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
-   both sides. */
-
-/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
-{
-    int count = ctx->model.set.count;
-    springls__arguments args;
-    args.edge.search = search;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
-    return SPRINGLS_OK;
-}
-
-/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
-   edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
-
-/* Turns springls at a crease, each about its particle, into their sides. */
-SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__sort_sides(ctx, false));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
-    ctx->omega_fresh = false;
-    ctx->springl_surface_fresh = false;
-    return SPRINGLS_OK;
-}
-
-/* ---- initial springls ---- */
-
-/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
-   one-sided differences that are; 0 where none are. */
-SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
-{
-    const float tolerance = 0.02f;
-    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
-    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < 6; k++)
-        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
-    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
-    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
-    for (k = 0; k < 8; k++) {
-        d.x = k & 1 ? beside[1] - c : c - beside[0];
-        d.y = k & 2 ? beside[3] - c : c - beside[2];
-        d.z = k & 4 ? beside[5] - c : c - beside[4];
-        off = springls__fabs(springls__length(d) - 1.0f);
-        if (off >= least) continue;
-        least = off;
-        best = springls__normalize(d);
-    }
-    return best;
-}
-
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
-   on it. Distances inside a convex edge are exact, and those outside a concave one. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *samples)
-{
-    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
-    int lo[3], hi[3], i, j, k;
-    lo[0] = (int)springls__floor(x.x - radius);
-    lo[1] = (int)springls__floor(x.y - radius);
-    lo[2] = (int)springls__floor(x.z - radius);
-    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    samples->count = 0;
-    for (k = lo[2]; k <= hi[2]; k++)
-        for (j = lo[1]; j <= hi[1]; j++)
-            for (i = lo[0]; i <= hi[0]; i++) {
-                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
-                springls__v3 n, foot;
-                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
-                n = springls__unkinked_gradient(g, i, j, k);
-                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
-                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f)
-                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
-            }
-}
-
-/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
-SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
-{
-    const float out = 0.1f; /* voxel */
-    int i;
-    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
-    return q;
-}
-
-/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
-SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
-{
-    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
-    springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set samples;
-    springls__sides sides;
-    springls__fit_result fit;
-    int outside, m;
-    for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &samples);
-        sides = springls__sample_set_sides(&samples, 0.0f, false);
-        if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
-        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++)
-            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
-        s->p = fit.point;
-        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
-        *s = springls__springl_finished(*s);
-        *edge = sides.count > 1;
-        return true;
-    }
-    return false;
-}
-
-/* Returns the gradient of phi at a voxel by central differences. */
-SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
-{
-    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
-}
-
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
-SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
-{
-    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
-    for (c = 0; c < 8; c++) {
-        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
-    }
-    return false;
-}
-
-SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) {
-        springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p)
-            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
-            ctx->model.set.a[begin] = s->p;
-            ctx->model.set.synced_position[begin] = s->p;
-        }
-    }
-}
-
-/* Moves the initial springls of a level set that cut across a crease to one side of it. */
-SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
-{
-    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
-}
-
-/* ======== >>project  (src/stages/project.h) ==================================================================== */
-/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
-   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
-   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
-
-/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
-   which is found again when it is next used. */
-SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
-{
-    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
-    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
-    const springls__grid *g = &ctx->model.grid;
-    int i;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
-    springls__omega_constant(ctx, g->far_value, -g->far_value);
-    for (i = 0; i < voxels; i++) {
-        springls__arguments args;
-        args.resolve.last = i == voxels - 1;
-        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
-        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
-    }
-    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
-    ctx->omega_fresh = false;
-}
-
-SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
-{
-    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
-}
-
-/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
-   other may join the rest. */
-SPRINGLS__FN void springls__join_parts(springls_context *ctx)
-{
-    const int bricks = ctx->model.grid.active_count;
-    int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
-    for (; rounds > 0; rounds--) {
-        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
-SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
-{
-    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
-    springls__join_parts(ctx);
-    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-    springls__swap_phi(ctx);
-    return SPRINGLS_OK;
-}
-
-enum {
-    SPRINGLS__PROJECT_PHI,
-    SPRINGLS__PROJECT_COMMIT,
-    SPRINGLS__PROJECT_JOINED,
-    SPRINGLS__PROJECT_NO_SPECKS,
-    SPRINGLS__PROJECT_SWEEP,
-    SPRINGLS__PROJECT_SWEPT
-};
-
-SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
-{
-    const int sweeps = 2;
-    springls__arguments args;
-    float *displacement = &ctx->work.displacement;
-    switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_PHI:
-        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
-        args.project.carry = carry;
-        args.project.max_displacement = *displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
-    case SPRINGLS__PROJECT_COMMIT:
-        if (carry) {
-            springls__resolve_sides(ctx);
-            springls__mark_phi_synced(ctx);
-        }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
-    case SPRINGLS__PROJECT_JOINED:
-        springls__join_parts(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
-    case SPRINGLS__PROJECT_NO_SPECKS:
-        springls__swap_phi(ctx);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-    case SPRINGLS__PROJECT_SWEEP:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
-    case SPRINGLS__PROJECT_SWEPT:
-    default:
-        springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
-    }
-}
-
-SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
-SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
-
 /* ======== >>label_components  (src/stages/label_components.h) ================================================== */
 /* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
    is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
@@ -13175,6 +12427,924 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
+/* ======== >>bodies  (src/stages/bodies.h) ====================================================================== */
+/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
+   model was set with it on. */
+
+SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+{
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+}
+
+/* Gives every springl the body that it bounds. */
+SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+{
+    springls__constellation *set = &ctx->model.set;
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__find_components(ctx, &labels));
+    for (i = 0; i < set->count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
+        set->body[i] = (uint32_t)(body + 1);
+        set->overlapped[i] = 0;
+    }
+    ctx->last_body = (uint32_t)labels.count + 1u;
+    return SPRINGLS_OK;
+}
+
+/* Finds which springls lie in another body. */
+SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
+{
+    if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
+/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
+SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
+{
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
+                                        | SPRINGLS__ROLE_BIT(brick_rank)));
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
+    return SPRINGLS_OK;
+}
+
+/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
+SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
+    args.omega_forget.all = !ctx->omega_fresh;
+    if (!ctx->omega_fresh) SPRINGLS__TRY(springls__find_overlap(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
+    }
+    ctx->omega_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
+
+/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
+SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
+{
+    if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
+    springls__swap_phi(ctx);
+}
+
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
+SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
+{
+    switch (ctx->work.phase) {
+    case SPRINGLS__EVOLVE_OMEGA:
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
+    default:
+        springls__commit_phi(ctx, 1);
+        springls__mark_phi_synced(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
+
+/* Finds the springls missing beside others. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
+{
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Chooses among them, and adds as many as there is room for. */
+SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
+{
+    springls__arguments args;
+    int count = ctx->model.set.count, wanted = 0, room;
+    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
+        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
+    ctx->stats.refused += wanted - room;
+    ctx->stats.added += room;
+    if (room == 0) return SPRINGLS_OK;
+    args.insert.count = room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
+    springls__constellation_added(ctx, room);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
+
+/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
+{
+    springls__arguments args;
+    int bricks;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
+    args.exposure.covered = covered;
+    args.exposure.covered_on_sheets = on_sheets;
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
+    return SPRINGLS_OK;
+}
+
+/* Adds springls there, as many as there is room for. */
+SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
+{
+    springls__arguments args;
+    int bricks = ctx->model.grid.active_count, wanted = 0, room;
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
+    ctx->stats.refused += wanted - room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
+    args.insert.count = room;
+    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
+    springls__constellation_added(ctx, room);
+    return SPRINGLS_OK;
+}
+
+/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
+SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
+{
+    springls__arguments args;
+    int added = ctx->model.set.count - first;
+    double started;
+    if (added == 0) return;
+    args.fit.first = first;
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
+    springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
+    ctx->stats.added += added;
+    springls__constellation_changed(ctx);
+}
+
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
+    const float d_max = ctx->model.params.d_max;
+    const int count = ctx->model.set.count;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    switch (ctx->work.phase) {
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+        SPRINGLS__TRY(springls__find_seeds(ctx));
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
+        SPRINGLS__TRY(springls__insert_seeds(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
+        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
+    default:
+        SPRINGLS__TRY(springls__fill_exposed(ctx));
+        springls__fit_new_springls(ctx, count);
+        return springls__attributes_after_fill(ctx, count);
+    }
+}
+
+/* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
+
+SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
+{
+    for (; sweeps > 0; sweeps--) {
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Adds the bricks that the band has reached, and drops those that it has left. */
+SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    uint32_t *mask;
+    uint8_t *keep;
+    int *wanted, *rank, i, d, missing = 0;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
+    ctx->cells_fresh = false; /* they live in the bricks */
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    mask = springls__band_mask(&ctx->model);
+    keep = springls__band_keeps(&ctx->model);
+    wanted = springls__band_bricks(&ctx->model);
+    rank = springls__band_rank(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    for (i = 0; i < g->active_count; i++) {
+        rank[g->active[i]] = i;
+        keep[i] = 0;
+    }
+    for (i = 0; i < g->active_count; i++) {
+        int origin[3], at[3];
+        springls__slot_origin(g, g->active[i], origin);
+        for (d = 0; d < 27; d++) {
+            int brick;
+            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
+            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
+            else wanted[missing++] = brick;
+        }
+    }
+    springls__grid_drop_bricks(g, keep);
+    return springls__grid_add_bricks(ctx, wanted, missing);
+}
+
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
+SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
+{
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
+    switch (ctx->work.phase) {
+    case SPRINGLS__REBUILD_INTERFACE:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
+        springls__swap_phi(ctx);
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    }
+}
+
+/* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
+
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
+{
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
+    ctx->neighbors_age = 0;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>relax  (src/stages/relax.h) ======================================================================== */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
+
+enum {
+    SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_ITERATE,
+    SPRINGLS__RELAX_ITERATED,
+    SPRINGLS__RELAX_COVER,
+    SPRINGLS__RELAX_COVERED
+};
+
+/* Makes the springls what a kernel has written to relaxed_springls. */
+SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
+    springls__constellation_moved(ctx);
+}
+
+SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const int count = ctx->model.set.count;
+    switch (ctx->work.phase) {
+    case SPRINGLS__RELAX_BEGIN:
+        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
+        if (params->cover) {
+            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__take_relaxed(ctx);
+        }
+        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
+        SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
+        if (ctx->work.repetition == params->relax_iterations)
+            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
+        springls__take_relaxed(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_COVER:
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
+    case SPRINGLS__RELAX_COVERED:
+    default:
+        springls__take_relaxed(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* Gives springls their shares again, after some have come or gone. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    springls_status status = springls__next_stage(ctx, springls__relax);
+    ctx->work.repetition = ctx->model.params.relax_iterations;
+    return status;
+}
+
+/* Turns flipped triangles round (section 4.3.1). */
+SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>resample  (src/stages/resample.h) ================================================================== */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
+
+SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
+{
+    springls__arguments args;
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    splits = springls__imin(wanted, room);
+    ctx->stats.refused += wanted - splits;
+    if (splits == 0) return SPRINGLS_OK;
+    args.insert.count = splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
+    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
+    springls__constellation_added(ctx, splits);
+    ctx->stats.split += splits;
+    springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>track  (src/stages/track.h) ======================================================================== */
+/* track.h - keeps correspondences on the original surface (section 4.7). */
+
+SPRINGLS__FN springls_status springls__track(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
+/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
+   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
+   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
+   cannot reach are outside too. */
+
+/* Makes the bricks within the band of any springl the active ones. */
+SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
+    uint8_t *wanted;
+    springls__constellation_changed(ctx);
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    springls__grid_clear(ctx, g);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
+    memset(wanted, 0, (size_t)bricks);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
+    list = springls__brick_list(&ctx->model);
+    for (i = count = 0; i < bricks; i++)
+        if (wanted[i]) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
+}
+
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
+SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
+    int step = 1, axis, lines;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
+    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
+    for (; step >= 1; step /= 2)
+        do {
+            for (axis = lines = 0; axis < 3; axis++) {
+                args.grow_line.axis = axis;
+                args.grow_line.step = step;
+                args.grow_line.first_flag = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
+                lines += springls__lines_along(g, axis, step);
+            }
+        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
+    return SPRINGLS_OK;
+}
+
+/* Grows the background by blocks of voxels in the active bricks. */
+SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
+{
+    const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
+    bool grew = true;
+    args.grow.block = block;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
+    for (; grew && iterations > 0; iterations--) {
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
+        springls__swap_phi(ctx);
+        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
+   is the work of one thread. */
+typedef struct springls__region {
+    springls_context *ctx;
+    uint8_t *state;       /* of the bricks                                              */
+    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
+} springls__region;
+
+enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
+static const float springls__counted = -2.0f; /* a voxel that is            */
+
+/* Returns the place in phi of the i-th voxel of the active bricks. */
+SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
+{
+    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
+}
+
+SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
+{
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+}
+
+/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
+SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
+{
+    springls__grid *g = &r->ctx->model.grid;
+    int slot;
+    int64_t v;
+    if (!springls__grid_contains(g, x, y, z)) return;
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) {
+        int brick = springls__brick_at(g, x, y, z);
+        if (r->state[brick] != SPRINGLS__OPEN) return;
+        r->state[brick] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)brick;
+        return;
+    }
+    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
+    if (!springls__uncounted(r, v)) return;
+    g->phi[v] = springls__counted;
+    r->member[r->count++] = v;
+}
+
+/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
+SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
+{
+    const springls__grid *g = &r->ctx->model.grid;
+    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
+    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
+    for (d = 0; d < 6; d++)
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++) {
+                springls__voxel_at_face(at, n, d, i, j, to);
+                springls__region_visit(r, to[0], to[1], to[2]);
+            }
+}
+
+/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
+SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
+{
+    springls__grid *g = &r->ctx->model.grid;
+    int64_t i;
+    r->count = r->votes = 0;
+    g->phi[first] = springls__counted;
+    r->member[r->count++] = first;
+    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
+    if (r->votes <= 0) return;
+    for (i = 0; i < r->count; i++) {
+        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
+        else g->phi[r->member[i]] = 1.0f;
+    }
+}
+
+/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
+SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
+    springls__region region;
+    size_t room = springls__brick_count(g);
+    int64_t v;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->resolve_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    region.ctx = ctx;
+    region.state = springls__brick_state(&ctx->model);
+    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
+    region.member = springls__region_members(&ctx->model);
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
+    }
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
+
+SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    const bool project = ctx->model.params.project_level_set != 0;
+    switch (ctx->work.phase) {
+    case SPRINGLS__SIGN_OMEGA:
+        if (ctx->model.set.count == 0)
+            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
+        SPRINGLS__TRY(springls__grow_bricks(ctx));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
+    default:
+        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
+        springls__mark_phi_synced(ctx);
+        return springls__next_stage(ctx, springls__rebuild);
+    }
+}
+
+/* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
+/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
+   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
+   both sides. */
+
+/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
+{
+    int count = ctx->model.set.count;
+    springls__arguments args;
+    args.edge.search = search;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
+    return SPRINGLS_OK;
+}
+
+/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
+   edge. */
+SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
+
+/* Turns springls at a crease, each about its particle, into their sides. */
+SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__sort_sides(ctx, false));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
+    ctx->omega_fresh = false;
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ---- initial springls ---- */
+
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
+SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
+{
+    const float tolerance = 0.02f;
+    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
+    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < 6; k++)
+        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
+    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
+    for (k = 0; k < 8; k++) {
+        d.x = k & 1 ? beside[1] - c : c - beside[0];
+        d.y = k & 2 ? beside[3] - c : c - beside[2];
+        d.z = k & 4 ? beside[5] - c : c - beside[4];
+        off = springls__fabs(springls__length(d) - 1.0f);
+        if (off >= least) continue;
+        least = off;
+        best = springls__normalize(d);
+    }
+    return best;
+}
+
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
+   on it. Distances inside a convex edge are exact, and those outside a concave one. */
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__sample_set *samples)
+{
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
+    int lo[3], hi[3], i, j, k;
+    lo[0] = (int)springls__floor(x.x - radius);
+    lo[1] = (int)springls__floor(x.y - radius);
+    lo[2] = (int)springls__floor(x.z - radius);
+    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
+    samples->count = 0;
+    for (k = lo[2]; k <= hi[2]; k++)
+        for (j = lo[1]; j <= hi[1]; j++)
+            for (i = lo[0]; i <= hi[0]; i++) {
+                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
+                springls__v3 n, foot;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
+                n = springls__unkinked_gradient(g, i, j, k);
+                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
+                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
+            }
+}
+
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
+{
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__sample_set samples;
+    springls__sides sides;
+    springls__fit_result fit;
+    int outside, m;
+    for (outside = 0; outside < 2; outside++) {
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
+        if (sides.count < 1 || (outside && sides.count < 2)) continue;
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
+        *s = springls__springl_finished(*s);
+        *edge = sides.count > 1;
+        return true;
+    }
+    return false;
+}
+
+/* Returns the gradient of phi at a voxel by central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
+}
+
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
+SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
+{
+    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
+    for (c = 0; c < 8; c++) {
+        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
+    }
+    return false;
+}
+
+SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->model.set.s[begin];
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+            ctx->model.set.a[begin] = s->p;
+            ctx->model.set.synced_position[begin] = s->p;
+        }
+    }
+}
+
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
+SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
+}
+
+/* ======== >>project  (src/stages/project.h) ==================================================================== */
+/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
+   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
+
+/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
+   which is found again when it is next used. */
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
+{
+    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
+    springls__omega_constant(ctx, g->far_value, -g->far_value);
+    for (i = 0; i < voxels; i++) {
+        springls__arguments args;
+        args.resolve.last = i == voxels - 1;
+        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
+        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
+    }
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
+    ctx->omega_fresh = false;
+}
+
+SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
+{
+    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
+}
+
+/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
+   other may join the rest. */
+SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int rounds = 2;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    for (; rounds > 0; rounds--) {
+        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    springls__join_parts(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+    springls__swap_phi(ctx);
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_JOINED,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
+
+SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
+{
+    const int sweeps = 2;
+    springls__arguments args;
+    float *displacement = &ctx->work.displacement;
+    switch (ctx->work.phase) {
+    case SPRINGLS__PROJECT_PHI:
+        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        SPRINGLS__TRY(springls__find_overlap(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        args.project.carry = carry;
+        args.project.max_displacement = *displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
+        if (carry) {
+            springls__resolve_sides(ctx);
+            springls__mark_phi_synced(ctx);
+        }
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
+    case SPRINGLS__PROJECT_JOINED:
+        springls__join_parts(ctx);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
+        springls__swap_phi(ctx);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
+    default:
+        springls__swap_phi(ctx);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
+    }
+}
+
+SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
+SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
+
 /* ======== >>events  (src/stages/events.h) ====================================================================== */
 /* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
 
@@ -13936,6 +14106,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -14272,6 +14443,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.keep_edges = 0;
     p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
+    p.contact = SPRINGLS_CONTACT_MERGE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
@@ -14366,6 +14538,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
+    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
     SPRINGLS__IN(track_step, 0.0f, 1.0f);
@@ -14500,6 +14673,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
+    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_body = 0;
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -17894,7 +18068,7 @@ SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_c
                                                                 int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
     return springls__material_at(ctx, springl, x);
@@ -18875,7 +19049,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id;
+    uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -19024,6 +19198,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
+    s->last_body = ctx->last_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -19497,6 +19672,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
+    ctx->last_body = s->last_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
@@ -19639,7 +19815,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 819 \"springls.h\"\n",
+    "#line 837 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19658,6 +19834,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
     "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
+    "\n",
+    "/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */\n",
+    "typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;\n",
     "\n",
     "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
@@ -19719,6 +19898,7 @@ static const char *const springls__kernel_lines[] = {
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
     "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
     "    springls_topology topology;\n",
+    "    springls_contact contact; /* of bodies that touch                                                              */\n",
     "\n",
     "    /* track: section 4.7 */\n",
     "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
@@ -19741,7 +19921,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1755 \"springls.h\"\n",
+    "#line 1779 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19819,7 +19999,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1834 \"springls.h\"\n",
+    "#line 1858 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19904,7 +20084,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1920 \"springls.h\"\n",
+    "#line 1944 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19980,7 +20160,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1997 \"springls.h\"\n",
+    "#line 2021 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -19999,7 +20179,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2017 \"springls.h\"\n",
+    "#line 2041 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20014,7 +20194,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2033 \"springls.h\"\n",
+    "#line 2057 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20138,7 +20318,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2157 \"springls.h\"\n",
+    "#line 2181 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20164,7 +20344,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2184 \"springls.h\"\n",
+    "#line 2208 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20315,7 +20495,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2336 \"springls.h\"\n",
+    "#line 2360 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20330,7 +20510,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2351 \"springls.h\"\n",
+    "#line 2375 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20454,14 +20634,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2475 \"springls.h\"\n",
+    "#line 2499 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2483 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20473,7 +20653,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2495 \"springls.h\"\n",
+    "#line 2519 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20488,7 +20668,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2511 \"springls.h\"\n",
+    "#line 2535 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20532,7 +20712,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2555 \"springls.h\"\n",
+    "#line 2579 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20547,7 +20727,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2570 \"springls.h\"\n",
+    "#line 2594 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20591,7 +20771,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2614 \"springls.h\"\n",
+    "#line 2638 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20670,7 +20850,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2693 \"springls.h\"\n",
+    "#line 2717 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20685,7 +20865,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2709 \"springls.h\"\n",
+    "#line 2733 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20748,7 +20928,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2772 \"springls.h\"\n",
+    "#line 2796 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20763,7 +20943,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2787 \"springls.h\"\n",
+    "#line 2811 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20826,7 +21006,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2851 \"springls.h\"\n",
+    "#line 2875 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20842,6 +21022,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
+    "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
+    "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
@@ -21065,16 +21247,32 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = record->cavity = 0u;\n",
+    "    record->component = record->cavity = record->body = 0u;\n",
+    "    record->overlapped = 0;\n",
     "    record->phi = record->error = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
     "}\n",
     "\n",
-    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "/* Gives springl i the components and the body of springl `from`, beside which it is new. */\n",
     "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
     "{\n",
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
+    "    model->set.body[i] = model->set.body[from];\n",
+    "    model->set.overlapped[i] = model->set.overlapped[from];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when two springls are of bodies that stay two. */\n",
+    "SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)\n",
+    "{\n",
+    "    uint32_t a = model->set.body[i], b = model->set.body[other];\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */\n",
+    "SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -21145,7 +21343,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3171 \"springls.h\"\n",
+    "#line 3213 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21586,7 +21784,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3613 \"springls.h\"\n",
+    "#line 3655 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21762,7 +21960,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3790 \"springls.h\"\n",
+    "#line 3832 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21933,7 +22131,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3962 \"springls.h\"\n",
+    "#line 4004 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22066,7 +22264,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4096 \"springls.h\"\n",
+    "#line 4138 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22075,7 +22273,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4105 \"springls.h\"\n",
+    "#line 4147 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22090,7 +22288,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4121 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22103,7 +22301,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4134 \"springls.h\"\n",
+    "#line 4176 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22118,7 +22316,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4149 \"springls.h\"\n",
+    "#line 4191 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22131,7 +22329,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4162 \"springls.h\"\n",
+    "#line 4204 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22391,7 +22589,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4912 \"springls.h\"\n",
+    "#line 4955 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22417,7 +22615,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4939 \"springls.h\"\n",
+    "#line 4982 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22486,7 +22684,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5052 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22530,9 +22728,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
+    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
+    "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -22540,6 +22738,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -22556,11 +22755,38 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__is_overlapped(model, other)) continue;\n",
     "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5084 \"springls.h\"\n",
+    "\n",
+    "/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an\n",
+    "   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;\n",
+    "   -1: all do. */\n",
+    "SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)\n",
+    "{\n",
+    "    const float same = 1e-4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, side = 0;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float within = radius + s->bounding_radius, d2;\n",
+    "        springls__tri_plan plan;\n",
+    "        int here;\n",
+    "        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 > best + same) continue;\n",
+    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;\n",
+    "        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;\n",
+    "        best = springls__min(best, d2);\n",
+    "    }\n",
+    "    return side;\n",
+    "}\n",
+    "#line 5155 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22601,11 +22827,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
-    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
     "{\n",
+    "    if (springls__of_two_bodies(model, i, other)) return true;\n",
     "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -22636,7 +22863,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -22650,7 +22877,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5175 \"springls.h\"\n",
+    "#line 5247 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22786,6 +23013,16 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
+    "/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */\n",
+    "SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float ahead = 0.75f, radius = 1.6f; /* voxels */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;\n",
+    "    if (model->set.overlapped[i]) return true;\n",
+    "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
+    "}\n",
+    "\n",
     "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -22797,7 +23034,8 @@ static const char *const springls__kernel_lines[] = {
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
     "    if (model->set.mask[i]) return;\n",
-    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
+    "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -22816,8 +23054,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;\n",
-    "   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is\n",
+    "   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that\n",
+    "   only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -22832,6 +23071,7 @@ static const char *const springls__kernel_lines[] = {
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
+    "        if (springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -22854,12 +23094,12 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5380 \"springls.h\"\n",
+    "#line 5465 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
-    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
-    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 6\n",
     "\n",
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
@@ -22878,36 +23118,68 @@ static const char *const springls__kernel_lines[] = {
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
+    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */\n",
+    "typedef struct springls__cell_sides {\n",
+    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
+    "} springls__cell_sides;\n",
+    "\n",
+    "SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };\n",
+    "SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };\n",
+    "\n",
+    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
+    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);\n",
+    "        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);\n",
+    "        springls__vec line = cosine * x + sine * y;\n",
+    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
+    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
+    "    }\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
     "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
     "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
     "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
     "{\n",
-    "    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */\n",
-    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
-    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
+    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
+    "    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */\n",
     "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__cell_sides sides;\n",
     "    springls__share share;\n",
     "    int k, j;\n",
-    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
     "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
-    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
-    "        springls__v3 d = springls__sub(o.p, p);\n",
-    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
-    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
-    "        x = springls__dot(d, u) * near2;\n",
-    "        y = springls__dot(d, v) * near2;\n",
-    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
-    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
+    "        springls__v3 d, area2;\n",
+    "        float facing, near2;\n",
+    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
+    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
+    "            continue;\n",
+    "        }\n",
+    "        o = &model->set.s[codes[k] / 3];\n",
+    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
+    "        facing = springls__dot(area2, n);\n",
+    "        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;\n",
+    "        d = springls__sub(o->p, p);\n",
+    "        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);\n",
+    "    }\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));\n",
+    "        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));\n",
     "    }\n",
     "    share.area = 0.0f;\n",
     "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
-    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
-    "        share.area += cell[j];\n",
+    "        share.area += ahead[j] + behind[j];\n",
+    "        odd[j] = ahead[j] - behind[j];\n",
     "    }\n",
-    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
-    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    share.cosine = odd[0] - odd[2] + odd[4];\n",
+    "    share.sine = odd[1] - odd[3] + odd[5];\n",
     "    return share;\n",
     "}\n",
     "\n",
@@ -22947,7 +23219,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5474 \"springls.h\"\n",
+    "#line 5591 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23023,7 +23295,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5551 \"springls.h\"\n",
+    "#line 5668 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23038,7 +23310,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5566 \"springls.h\"\n",
+    "#line 5683 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23053,7 +23325,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5582 \"springls.h\"\n",
+    "#line 5699 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23064,7 +23336,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5593 \"springls.h\"\n",
+    "#line 5710 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23079,7 +23351,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5608 \"springls.h\"\n",
+    "#line 5725 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23090,7 +23362,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5619 \"springls.h\"\n",
+    "#line 5736 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23193,7 +23465,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5723 \"springls.h\"\n",
+    "#line 5840 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23672,7 +23944,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6203 \"springls.h\"\n",
+    "#line 6320 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23723,6 +23995,11 @@ static const char *const springls__kernel_lines[] = {
     "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
+    "            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {\n",
+    "                if (d2 >= best) continue;\n",
+    "                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */\n",
+    "                count = 0;\n",
+    "            }\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
     "            count++;\n",
     "            if (d2 < best) {\n",
@@ -23738,8 +24015,9 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over\n",
+    "   those of one side. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
@@ -23753,6 +24031,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
@@ -23772,7 +24051,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6304 \"springls.h\"\n",
+    "#line 6428 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23789,7 +24068,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -23797,13 +24076,15 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
-    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of\n",
+    "   the body of springl `of`. */\n",
+    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
@@ -23812,6 +24093,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        weight += estimate.weight;\n",
     "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
@@ -23826,18 +24108,18 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
-    "    if (!springls__has_room(model, x, n)) return seed;\n",
-    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
-    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
-    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
+    "    if (!springls__has_room(model, i, x, n)) return seed;\n",
+    "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
+    "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
+    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
     "    seed.toward = springls__sub(s->p, fit.point);\n",
@@ -23867,7 +24149,8 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
-    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
+    "            || springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -23903,7 +24186,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6564 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24092,7 +24375,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6626 \"springls.h\"\n",
+    "#line 6754 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24190,8 +24473,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
+    "    model->set.overlapped[n] = 0;\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
+    "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
     "            s.p = fit.point;\n",
@@ -24203,10 +24487,25 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6738 \"springls.h\"\n",
+    "#line 6867 \"springls.h\"\n",
+    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
+    "   phi is that of their union. */\n",
+    "\n",
+    "/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing\n",
+    "   changes. */\n",
+    "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
+    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    (void)args;\n",
+    "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
+    "}\n",
+    "#line 6881 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
-    "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
+    "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
+    "\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
     "   side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -24219,6 +24518,9 @@ static const char *const springls__kernel_lines[] = {
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
     "    o->edge = springls__at_edge(model, (int)n);\n",
+    "    if (!springls__is_overlapped(model, (int)n)) return;\n",
+    "    o->p.x = SPRINGLS__FAR_AWAY;\n",
+    "    o->edge = 0;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
@@ -24544,7 +24846,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7080 \"springls.h\"\n",
+    "#line 7228 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24695,7 +24997,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7232 \"springls.h\"\n",
+    "#line 7380 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24725,7 +25027,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7262 \"springls.h\"\n",
+    "#line 7410 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24740,7 +25042,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7278 \"springls.h\"\n",
+    "#line 7426 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24909,7 +25211,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7447 \"springls.h\"\n",
+    "#line 7595 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24924,7 +25226,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7610 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25093,7 +25395,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7631 \"springls.h\"\n",
+    "#line 7779 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25125,10 +25427,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7667 \"springls.h\"\n",
+    "#line 7816 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25177,7 +25480,7 @@ static const char *const springls__kernel_lines[] = {
     "    child.a = model->set.a[i];\n",
     "    child.error = 0.0f;\n",
     "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
-    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
     "    if (!fit.ok) return child;\n",
     "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
     "    child.s.p = fit.point;\n",
@@ -25251,7 +25554,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7791 \"springls.h\"\n",
+    "#line 7940 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -25345,30 +25648,6 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
     "\n",
-    "/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */\n",
-    "SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)\n",
-    "{\n",
-    "    const float radius = 1.6f, same = 1e-4f;\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    bool behind = false;\n",
-    "    int i;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float within = radius + s->bounding_radius, d2;\n",
-    "        springls__tri_plan plan;\n",
-    "        bool here;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 > best + same) continue;\n",
-    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;\n",
-    "        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;\n",
-    "        best = springls__min(best, d2);\n",
-    "    }\n",
-    "    return behind;\n",
-    "}\n",
-    "\n",
     "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
     "   voxel of the square is. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
@@ -25394,6 +25673,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
     "                                         int d2, springls__joint *best)\n",
     "{\n",
+    "    const float near_by = 1.6f; /* voxels */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__joint joint, other;\n",
     "    int to[3];\n",
@@ -25407,8 +25687,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
     "    springls__step_to(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
-    "    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
-    "                                                           0.5f * (float)(from[2] + to[2]))))\n",
+    "    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
+    "                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)\n",
     "        *best = joint;\n",
     "}\n",
     "\n",
@@ -25615,7 +25895,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8156 \"springls.h\"\n",
+    "#line 8282 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25712,7 +25992,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8254 \"springls.h\"\n",
+    "#line 8380 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -25756,7 +26036,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
     "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
     "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
@@ -25765,6 +26046,7 @@ static const char *const springls__kernel_lines[] = {
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
     "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
@@ -25786,7 +26068,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8329 \"springls.h\"\n",
+    "#line 8457 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -25974,11 +26256,13 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
     "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
     "                v = 8 * y + 64 * z;\n",
@@ -26020,7 +26304,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8564 \"springls.h\"\n",
+    "#line 8694 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -26045,7 +26329,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8590 \"springls.h\"\n",
+    "#line 8720 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26289,7 +26573,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = model->set.a[springl];\n",
-    "    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);\n",
+    "    springls__v3 n = springls__springl_normal(model->set.s[springl]);\n",
+    "    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);\n",
     "    return fit.ok ? fit.a : a;\n",
     "}\n",
     "\n",
@@ -26303,7 +26588,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8849 \"springls.h\"\n",
+    "#line 8980 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26338,12 +26623,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
     "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \\\n",
-    "          | SPRINGLS__BIT(ERROR))                                                                                                \\\n",
+    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
     "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \\\n",
     "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
@@ -26392,7 +26678,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26396 \"springls.h\"\n",
+    "#line 26682 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27287,6 +27573,13 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
     }
 }
 
+/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
+SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+{
+    uint32_t body = other->model.set.body[j];
+    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+}
+
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
 SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                                const springls__side_rule *rule, bool turn)
@@ -27298,6 +27591,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
+    record.body = springls__body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -27327,6 +27621,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
+    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -27368,6 +27664,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
+    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
