@@ -41,7 +41,7 @@ typedef struct springls_params {
     int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
-    int relax_iterations;
+    int relax_iterations;    /* 0: relax does nothing                                                              */
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;

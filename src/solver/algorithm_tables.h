@@ -67,7 +67,7 @@ SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return
 /* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+    return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
