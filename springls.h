@@ -290,7 +290,7 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5
+                relax_iterations     iterations of Algorithm 1; 0: relax does nothing    1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -877,7 +877,7 @@ typedef struct springls_params {
     int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
-    int relax_iterations;
+    int relax_iterations;    /* 0: relax does nothing                                                              */
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
@@ -12781,7 +12781,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
@@ -13953,7 +13953,7 @@ SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return
 /* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+    return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
@@ -19869,7 +19869,7 @@ static const char *const springls__kernel_lines[] = {
     "    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */\n",
     "\n",
     "    /* relax: section 4.3, Algorithm 1 */\n",
-    "    int relax_iterations;\n",
+    "    int relax_iterations;    /* 0: relax does nothing                                                              */\n",
     "    springls_threshold threshold;\n",
     "    springls_weight weight;\n",
     "    springls_torque torque;\n",
