@@ -430,8 +430,8 @@
 
      - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
        springls_combine adds those of the other model. New springls are of the body that they come from.
-     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, and do not take
-       part in phi, which is that of the union while bodies overlap; so are zero level, meshes, measures and volume_lock.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, but have no
+       part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
      - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
        can distinguish bodies by springl (springls_batch) or by correspondence.
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
@@ -27946,7 +27946,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     springls_forces forces;
     springls_step_desc step;
     springls__smooth_rest rest = { DBL_MAX, 4.0f };
-    float left = duration, curvature;
+    float left = duration, curvature = 0.0f;
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);

@@ -215,7 +215,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     springls_forces forces;
     springls_step_desc step;
     springls__smooth_rest rest = { DBL_MAX, 4.0f };
-    float left = duration, curvature;
+    float left = duration, curvature = 0.0f;
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
