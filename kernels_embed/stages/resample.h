@@ -70,7 +70,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not of the mask. */
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
