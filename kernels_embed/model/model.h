@@ -262,7 +262,6 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
     model->set.body[i] = model->set.body[from];
-    model->set.overlapped[i] = model->set.overlapped[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */

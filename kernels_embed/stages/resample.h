@@ -119,6 +119,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
