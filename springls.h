@@ -3129,7 +3129,6 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
     model->set.body[i] = model->set.body[from];
-    model->set.overlapped[i] = model->set.overlapped[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */
@@ -6566,6 +6565,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     model->set.parent[n] = model->set.id[i];
     model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -6856,7 +6856,6 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
-    model->set.overlapped[n] = 0;
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -7935,6 +7934,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -9018,8 +9018,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
-      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -21271,7 +21271,6 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
     "    model->set.body[i] = model->set.body[from];\n",
-    "    model->set.overlapped[i] = model->set.overlapped[from];\n",
     "}\n",
     "\n",
     "/* Returns true when two springls are of bodies that stay two. */\n",
@@ -21355,7 +21354,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3218 \"springls.h\"\n",
+    "#line 3217 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21796,7 +21795,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3660 \"springls.h\"\n",
+    "#line 3659 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21972,7 +21971,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3837 \"springls.h\"\n",
+    "#line 3836 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22145,7 +22144,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4011 \"springls.h\"\n",
+    "#line 4010 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22278,7 +22277,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4145 \"springls.h\"\n",
+    "#line 4144 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22287,7 +22286,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4154 \"springls.h\"\n",
+    "#line 4153 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22302,7 +22301,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4170 \"springls.h\"\n",
+    "#line 4169 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22315,7 +22314,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4183 \"springls.h\"\n",
+    "#line 4182 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22330,7 +22329,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4198 \"springls.h\"\n",
+    "#line 4197 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22343,7 +22342,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4211 \"springls.h\"\n",
+    "#line 4210 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22604,7 +22603,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4963 \"springls.h\"\n",
+    "#line 4962 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22630,7 +22629,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4990 \"springls.h\"\n",
+    "#line 4989 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22699,7 +22698,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5060 \"springls.h\"\n",
+    "#line 5059 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22801,7 +22800,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5163 \"springls.h\"\n",
+    "#line 5162 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22892,7 +22891,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5255 \"springls.h\"\n",
+    "#line 5254 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23109,7 +23108,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5473 \"springls.h\"\n",
+    "#line 5472 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23234,7 +23233,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5599 \"springls.h\"\n",
+    "#line 5598 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23310,7 +23309,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5676 \"springls.h\"\n",
+    "#line 5675 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23325,7 +23324,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5691 \"springls.h\"\n",
+    "#line 5690 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23340,7 +23339,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5707 \"springls.h\"\n",
+    "#line 5706 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23351,7 +23350,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5718 \"springls.h\"\n",
+    "#line 5717 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23366,7 +23365,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5733 \"springls.h\"\n",
+    "#line 5732 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23377,7 +23376,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5744 \"springls.h\"\n",
+    "#line 5743 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23480,7 +23479,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5848 \"springls.h\"\n",
+    "#line 5847 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23959,7 +23958,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6328 \"springls.h\"\n",
+    "#line 6327 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24066,7 +24065,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6435 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24200,6 +24199,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
     "#line 6572 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
@@ -24488,7 +24488,6 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
-    "    model->set.overlapped[n] = 0;\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -24502,7 +24501,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6875 \"springls.h\"\n",
+    "#line 6874 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
     "   phi is that of their union. */\n",
     "\n",
@@ -24515,7 +24514,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6889 \"springls.h\"\n",
+    "#line 6888 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -24861,7 +24860,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7236 \"springls.h\"\n",
+    "#line 7235 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25012,7 +25011,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7388 \"springls.h\"\n",
+    "#line 7387 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25042,7 +25041,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7418 \"springls.h\"\n",
+    "#line 7417 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25057,7 +25056,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7434 \"springls.h\"\n",
+    "#line 7433 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25226,7 +25225,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7603 \"springls.h\"\n",
+    "#line 7602 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25241,7 +25240,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7618 \"springls.h\"\n",
+    "#line 7617 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25410,7 +25409,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7787 \"springls.h\"\n",
+    "#line 7786 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25446,7 +25445,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7824 \"springls.h\"\n",
+    "#line 7823 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25561,6 +25560,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
@@ -26637,8 +26637,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
-    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \\\n",
-    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
+    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
