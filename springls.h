@@ -215,6 +215,7 @@
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
      relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
+     components         -       -         with params.components = 1: every step in which volume_lock does not run
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
    topology.
@@ -231,11 +232,12 @@
      resample             every   every
      relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
+     components           -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
-   and volume_lock may also be called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
+   volume_lock and components may also be called alone, in any order.
 
    These switches of the default set change what stages do:
 
@@ -261,11 +263,9 @@
                               relax                springls that face each other across a gap do not pull each other
      nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
                                                    between the sides of a gap; filaments and drops of that size may vanish
-     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
-                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
-                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
-                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
-                                                   PRESERVED
+     min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
+                              springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
+                                                   have less volume than this, voxel^3. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -290,7 +290,7 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5
+                relax_iterations     iterations of Algorithm 1; 0: relax does nothing    1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -324,7 +324,7 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
-                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
+                min_component        smaller bodies and bubbles are joined or removed    1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
                 contact              MERGE, SEPARATE: see CONTACT                        MERGE     MERGE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
@@ -334,7 +334,7 @@
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
                 components           1: see EVENTS                                       0         0
-                split_input          1: large triangles of a mesh become several springls 1         0
+                split_input          1: large triangles of a mesh are divided            1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -342,33 +342,33 @@
 
    CURVATURE
 
-   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   Curvature is div(n), 1/voxel: the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
    numbers smooth by it:
 
-     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
-     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
-                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
-                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
-                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
-                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
-                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+     springls_forces.curvature_weight  a force, voxel^2 a unit of time, with either set. A ball of radius R has the radius
+                                       sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
+       carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
+                                       max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
+       carry_level_set = 0             Only phi moves, by as much in each iteration of eq. 23 where no springl is near. Near
+                                       springls it comes to rest at the distance lambda times the curvature from them
 
-   Steps are stable up to about one voxel^2 of weight times dt.
+   Steps are stable while weight times dt is below about one voxel^2.
 
    COVERAGE
 
    With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
-   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
    cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
-   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equal triangles about particles
-   that lie anyhow leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
+   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
+   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
    thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
 
    SHARP EDGES
@@ -431,25 +431,26 @@
 
      - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
        springls_combine adds those of the other model. New springls are of the body that they come from.
-     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, and do not take
-       part in phi, which is that of the union while bodies overlap; so are zero level, meshes, measures and volume_lock.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, but have no
+       part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
      - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
-       tell bodies by springl (springls_batch) or by correspondence.
-     - The topology of a body is free as ever. One that splits is one body still, whose parts merge again.
+       can distinguish bodies by springl (springls_batch) or by correspondence.
+     - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
-   Springls that lie deep in another body are followed by where they have gone in: by steps of at most two voxels.
+   A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
 
    EVENTS
 
-   With components = 1 (or volume_lock = 1) the model knows its components: bodies, each of what is connected inside the zero
-   level, and cavities, each of what is connected outside and enclosed by a body. springls_components lists them with volume,
-   area and centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
+   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
+   level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
+   centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
-       ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
-       in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
+       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
+       part.
+     - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
+       three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -457,16 +458,16 @@
 
    ERRORS OF PLACE
 
-   springls_springl_errors estimates for each springl how far its particle is from where the motion takes its correspondence, and
-   its correspondence from where the particle has come from; springls_mesh_errors the same for vertices. A springl gets its error
-   when it is split off or filled in: the standard error of a quadratic fit there, the distance from the fit, and the errors of
-   the springls that it was made from. Original springls have only the errors of integration and rounding, which every step adds,
-   from the slopes of the Runge-Kutta method.
+   springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
+   correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
+   for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
+   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
 
-   The estimates are larger than the error for 95 % of springls or more on LeVeque's flow and on most of `make motions`, which
-   lists the shares, and the median of estimate over error: 3 to 20, more where motion runs backwards and errors of integration
-   cancel. Where bodies meet and are torn apart again the share is lower: a springl there may belong to either. With the paper's
-   parameters splits copy correspondences, and estimates are of about half a voxel.
+   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
+   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
+   errors of integration cancel. Where bodies meet and are torn apart again the share is lower: a springl there may belong to
+   either. With the paper's parameters splits copy correspondences, and estimates are about half a voxel.
 
    VOLUME LOCK
 
@@ -508,16 +509,17 @@
    phase ends with:
 
      advect               over batches of the forces
-     relax                over springls: finding neighbours; every iteration
+     relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
      contract             over springls: choosing; every round of merging
-     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     project              over bricks: the projection; the search for parts to join; removal of parts; every sweep that
+                          re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
@@ -535,8 +537,8 @@
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
-   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
-   own. Force callbacks must be deterministic too.
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
+   Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
    LIMITS
 
@@ -854,7 +856,7 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
-/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */
+/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */
 typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
 
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
@@ -876,16 +878,16 @@ typedef struct springls_params {
     int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
-    int relax_iterations;
+    int relax_iterations;    /* 0: relax does nothing                                                              */
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
     float sharpness;         /* lambda_c of H(lambda_c x)                                                          */
-    float kappa_int;         /* internal spring constant (eq. 4)                                                   */
+    float kappa_int;         /* internal spring constant (eq. 4); no effect with cover                             */
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
-    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
+    int cover;               /* 1: triangles cover the surface (manual, COVERAGE); 0: springs decide, as in the paper */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -909,15 +911,15 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
-    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
+    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */
     springls_topology topology;
-    springls_contact contact; /* of bodies that touch                                                              */
+    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
@@ -932,7 +934,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
-    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
@@ -1014,8 +1016,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
-   that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_keep_mask and springls_write change the model that
+   is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -1085,8 +1087,8 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
-   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The original surface is that of the springls; where the correspondences lie on another one, set
+   that by springls_set_reference_mesh. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
@@ -1107,9 +1109,9 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
    as in views, 9 floats of vertices and 3 of the particle a springl.
    - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
-   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
-     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
-     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+   - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
+     up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
@@ -1121,7 +1123,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
                                             const float *particles);
 
 /* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
-   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   reshaped, turned, merged, removed nor split: in a step only advect and volume_lock move it. Of two close springls the one
    that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
    still replace or remove kept springls. */
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
@@ -1142,7 +1144,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 
 /* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
    params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
-   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+   pressure or an affine map at the particles only. In a Runge-Kutta stage each springl comes once for each of these. */
 typedef struct springls_batch {
     int count;                    /* of points, one a springl                                                       */
     int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
@@ -1354,8 +1356,8 @@ typedef struct springls_component {
     float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
 } springls_component;
 
-/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
-   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+/* Lists the components by ascending ids, as they are after the last step. When the model has been set or changed since, they are
+   found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
    list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
@@ -1363,14 +1365,14 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
    springl they are born beside, until components are found at the end of the step. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
-/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
-   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
-   springls_components. NON_FINITE: a point is. */
+/* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
+   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to. Conditions as
+   for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
 
 /* Names what happens to components. */
 typedef enum springls_event_kind {
-    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
     SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
@@ -1387,9 +1389,9 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
-   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
-   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+/* Lists what has happened since the last step began, in order of time. What springls_combine, _offset, _remesh or a stage call
+   does is listed too: it is found by this call, or when the next step begins. Conditions and ownership as for
+   springls_components. Parts of a few voxels are included: their volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
@@ -1578,11 +1580,13 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Estimates errors, voxels. At least 95 % of the springls are nearer than that, on the motions of the benchmarks; the estimate is a
-   few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from where
-   the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills, and of
-   integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
-typedef struct springls_error_estimate { float place, correspondence; } springls_error_estimate;
+/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS
+   OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
+   SPRINGLS_INTEGRATOR_EULER. */
+typedef struct springls_error_estimate {
+    float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
+    float correspondence; /* voxels, on the original surface: from it to where the particle has come from            */
+} springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
@@ -1667,7 +1671,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
+   EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -1709,7 +1714,7 @@ typedef struct springls_stats {
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
 /* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the zero level's. */
+   coverage: the springls' area over the zero level's; 0 where there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];
@@ -1788,7 +1793,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* write: the number of the first springl, and which of its parts the caller gives. */
+/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
@@ -2885,7 +2890,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
@@ -3051,9 +3056,9 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
-#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
-#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */
+#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -3125,7 +3130,6 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
     model->set.body[i] = model->set.body[from];
-    model->set.overlapped[i] = model->set.overlapped[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */
@@ -3335,7 +3339,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between
    voxels. */
 SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
@@ -3862,7 +3866,9 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
 }
 
 /* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct springls__fit_equation { float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight; } springls__fit_equation;
+typedef struct springls__fit_equation {
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} springls__fit_equation;
 
 SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,
                                                                  springls__v3 normal, springls__v3 a)
@@ -3926,7 +3932,7 @@ SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, fl
     return terms > 0;
 }
 
-/* Solves for one right-hand side, which x holds and is replaced. */
+/* Solves for one right-hand side, and replaces it in x by the solution. */
 SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
@@ -3942,7 +3948,7 @@ SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, floa
     }
 }
 
-/* The first `terms` coefficients of the height and of the three coordinates of a. */
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
 typedef struct springls__fit_solution {
     float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
     int terms; /* 0: there are none */
@@ -3977,7 +3983,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Returns how many terms the neighbors suffice for: a quadratic's with ten or more, a plane's with four or more. */
+/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
 SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }
 
 /* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
@@ -4215,8 +4221,9 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares
-   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */
+/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
+   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
+   16/120 of the first term. */
 SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     const float half_time = 0.1f, all = 0.04f;
@@ -4273,14 +4280,14 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */
 #define SPRINGLS__CURVATURE_SPAN 1.5f
 
-/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
-   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
-   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
-   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's
+   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
+   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
+   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
+   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
 SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
     const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
@@ -4354,7 +4361,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers {
     springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */
+    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
@@ -4414,7 +4421,7 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
 SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
                                                     springls__springl s, springls__movers d)
 {
@@ -4648,13 +4655,13 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
-    springls__buffer label_rank, label_voxel, label_node, label_id_memory;   /* of voxels (label_components.h)                  */
+    springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
     uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
-    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
+    bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -6348,8 +6355,8 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
-   one, -1 when there is none. */
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the
+   nearest one's number, -1 when there is none. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
                                                                    int *nearest_springl)
 {
@@ -6559,6 +6566,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     model->set.parent[n] = model->set.id[i];
     model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -6849,7 +6857,6 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
-    model->set.overlapped[n] = 0;
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -7879,7 +7886,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not of the mask. */
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
@@ -7928,6 +7935,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -8692,9 +8700,9 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
 }
 
 /* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
-/* write.h - springls that the caller moves. */
+/* write.h - puts springls where the caller has moved them. */
 
-/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */
 SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
 {
     springls__tri_hit before = springls__tri_closest(from, p);
@@ -8702,8 +8710,8 @@ SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, spri
     return springls__add(after.point, springls__sub(p, before.point));
 }
 
-/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
-   particle that is not given stays where it is in its triangle. */
+/* Puts springl args.write.first + i where the caller has it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given is carried by its triangle. */
 SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
 {
     int n = args.write.first + i, m;
@@ -9011,8 +9019,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
-      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -9478,6 +9486,13 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
     memset(surface, 0, sizeof *surface);
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
@@ -10052,7 +10067,7 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
 SPRINGLS__FN bool springls__valid_point(const float *x)
 {
     const float furthest = 1e6f; /* voxels */
@@ -10300,15 +10315,14 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
         }
 }
 
-/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
 SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
 {
     batch->points = &x[m * batch->count].x;
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
-   springls of the block. */
+/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
                                    springls__v3 *slope)
 {
@@ -12768,7 +12782,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
@@ -13132,12 +13146,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
-   on it. Distances inside a convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those close
+   to it on the other. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; on the other side distances are exact so far */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);
@@ -13263,8 +13277,8 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
-   other may join the rest. */
+/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
+   the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -13276,7 +13290,7 @@ SPRINGLS__FN void springls__join_parts(springls_context *ctx)
     }
 }
 
-/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+/* Joins the parts of limbs and removes small parts, in a level set that has just been made. */
 SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 {
     if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
@@ -13905,14 +13919,14 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
     return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-/* Returns true when components have ids, but no volumes to keep. */
-SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+/* Returns true when components are followed without keeping their volumes. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
-/* Returns true when the model has changed since its components were found, or they have not been found yet. */
-SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+/* Returns true when components are to be found before the step: they never were, or the model has changed since. */
+SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
@@ -13937,10 +13951,10 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
-/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+/* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+    return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
@@ -13985,8 +13999,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
-/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
-   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+/* Returns the motion by eq. 22's curvature term in a sub-step, voxel^2, for springls that carry phi: as in one iteration of
+   eq. 23, but by at most half of max_displacement (0: no limit). Where they do not, evolve moves phi instead, and it is 0. */
 SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
 {
     float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
@@ -14109,7 +14123,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -14126,7 +14140,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
+    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__update_components), \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -15544,12 +15558,12 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
 
 /* ======== >>split_input  (src/input/split_input.h) ============================================================= */
 /* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
-   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
-   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+   the middle of the longest edge, until no edge is too long. Whether and where an edge is divided depends on its two ends alone,
+   so triangles are divided alike on both sides of it, and no gap can open between them when they move. */
 
 enum { SPRINGLS__SPLIT_STACK = 256 };
 
-/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+/* Holds a part of an input triangle, in double precision: a part near the grid may be of a triangle with far corners. */
 typedef struct springls__split_part { double q[3][3]; } springls__split_part;
 
 /* Holds what parts are divided by. room: how many more springls there may be. */
@@ -15802,8 +15816,11 @@ SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const 
     }
 }
 
-/* Returns 1 for three corners in ascending order, turned round cyclically or not, and -1 for the reverse. */
-SPRINGLS__FN int springls__mesh_corner_order(const int c[3]) { return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1; }
+/* Returns 1 when three corners ascend cyclically, as (1, 2, 3), (2, 3, 1) and (3, 1, 2) do; else -1. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3])
+{
+    return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1;
+}
 
 /* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
 SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
@@ -15821,8 +15838,8 @@ SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
     return m->table[slot];
 }
 
-/* Leaves one of the listed triangles that lie on each other corner by corner: the first that faces as most do; of as many either
-   way one each, a sheet with two sides. So no place is more crowded than the surface makes it. Overwrites m->edge and m->queue. */
+/* Keeps one of the listed triangles that have the same corners: the first that faces as most of them do. Where as many face
+   either way, keeps one of each: a sheet with two sides. Overwrites m->edge and m->queue. */
 SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
 {
     enum { FORWARD = 1, BACKWARD = 2 };
@@ -15837,9 +15854,9 @@ SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
     for (t = 0; t < m->count; t++)
         if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
     for (t = 0; t < m->count; t++) {
-        int one = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
-        if (!(facing[m->queue[t]] & one)) continue;
-        facing[m->queue[t]] &= ~one;
+        int side = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & side)) continue;
+        facing[m->queue[t]] &= ~side;
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n++] = m->triangle[t];
     }
@@ -16034,7 +16051,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Returns the corners of a listed triangle, turned as m->turn has it. */
+/* Writes the corners of a listed triangle, turned as m->turn has it. */
 SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
     int k;
@@ -16042,7 +16059,7 @@ SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, 
 }
 
 /* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
-SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+SPRINGLS__FN springls_status springls__mesh_make_original(springls_context *ctx, springls__mesh_intake *m)
 {
     const uint8_t mirrored = springls__is_mirrored(ctx);
     int t;
@@ -16055,8 +16072,8 @@ SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, spri
     return springls__surface_make_dipoles(ctx, &ctx->original);
 }
 
-/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
-   is one half, and between two sheets that lie on each other it is 0. */
+/* Returns whether some place is inside: only places right behind triangles have to be tried. Behind a flat patch the winding
+   number is one half, and between two sheets that lie on each other it is 0. */
 SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
 {
     const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
@@ -16110,7 +16127,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original))
         return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
@@ -16231,7 +16248,7 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
 }
 
 /* ======== >>set_reference  (src/input/set_reference.h) ========================================================= */
-/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+/* set_reference.h - replaces the original surface: by the present model, or by a mesh. */
 
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
@@ -16245,15 +16262,8 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Counts the bytes that a surface holds. */
-SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
-{
-    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
-           + surface->source_memory.bytes;
-}
-
-/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
-   model's surface in exchange. */
+/* Takes the original surface and phi_ref of another model, and gives it this model's surface for them to be freed together. Both
+   models have the same grid and allocator. */
 SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
 {
     const springls__grid *from = &other->model.reference;
@@ -16298,7 +16308,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 }
 
 /* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
-/* set_springls.h - models from springls themselves, and which of them relax. */
+/* set_springls.h - models from springls themselves, and which of their springls are kept. */
 
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
@@ -16360,26 +16370,26 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
 }
 
 /* ======== >>write  (src/input/write.h) ========================================================================= */
-/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+/* write.h - puts springls where the caller has moved them: phi follows in the next step, as after advect. */
 
 /* Sends one of the caller's arrays to the device. NULL: nothing. */
-SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
-                                                         size_t points)
+SPRINGLS__FN springls_status springls__upload_written(springls_context *ctx, springls__array array, const float *data,
+                                                      size_t points)
 {
     return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
 }
 
-/* Writes springls on the device: what goes there is the range alone. */
+/* Writes springls on the device, which is sent the range alone. */
 SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
                                                        const float *vertices, const float *particles)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
     return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
 }
 
-/* Writes a range of springls. A part that is NULL follows the other. */
+/* Writes a range of springls. The array that is NULL follows the other one. */
 SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
                                              const float *particles)
 {
@@ -16399,7 +16409,7 @@ SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, i
     return SPRINGLS_OK;
 }
 
-/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+/* Fails when a point of the caller's is not finite, or far outside. first: the first springl's number; each: points a springl. */
 SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
 {
     size_t i, n = points ? (size_t)count * (size_t)each : 0;
@@ -17429,8 +17439,8 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
 }
 
 /* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
-/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
-   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
+   those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
    between two of them. */
 
 /* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
@@ -17449,8 +17459,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 
 /* ---- rays ---- */
 
-/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that each slab has a few cubes. */
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that it meets few cubes of a slab. */
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
@@ -17458,8 +17468,8 @@ typedef struct springls__level_ray {
     springls__level_hit best;
 } springls__level_ray;
 
-/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
-   more than all rounding errors. */
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, with a margin for
+   rounding errors. */
 SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
 {
     const springls__ray_frame *f = &ray->frame;
@@ -17469,7 +17479,7 @@ SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int a
     span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
 }
 
-/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+/* Returns whether the ray meets an active brick between two planes of its main axis. */
 SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
 {
     const int kx = ray->frame.kx, ky = ray->frame.ky;
@@ -17584,15 +17594,16 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
    boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
-    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    float weight[3];            /* least length in model units of a voxel along each axis                       */
     springls__v3 x;             /* the place, model coordinates                                                 */
-    float at[3];                /* and in voxels                                                                */
-    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float at[3];                /* the place, voxels                                                            */
+    float slack, limit2;        /* slack: exceeds rounding errors; limit2: nothing better has a larger distance */
     float d2;
     int brick, order;           /* of the best: the lowest among equals                                         */
     springls__level_hit best;
 } springls__level_search;
 
+/* Begins searches, whose places may follow each other; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
     const double *m = ctx->to_world, *inverse = ctx->to_voxel;
@@ -17830,8 +17841,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
-   the search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. The
+   last result bounds the distance of the next one: that saves time and cannot change it. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -17853,7 +17864,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     search->best.found = false;
     phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
     near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
-    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: a short search may be enough */
         search->limit2 = near * near;
         springls__level_try_rings(search, center);
         if (search->best.found && search->d2 <= near * near) return search->best;
@@ -18064,7 +18075,7 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+/* Does the same by the quadratic fit; the cell list must be fresh. guess: a triangle of the original surface, or -1. */
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
                                                                 int guess)
 {
@@ -18104,7 +18115,7 @@ SPRINGLS__FN void springls__hit_none(springls_hit *out)
     out->springl = out->material_triangle = -1;
 }
 
-/* Sets the place on the original surface. */
+/* Adds to a hit its place on the original surface, where there is one. */
 SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
 {
     if (material->triangle < 0) return;
@@ -18161,7 +18172,7 @@ SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 
 /* ---- on the zero level ---- */
 
-/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+/* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
 SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
     float radius;
@@ -18173,7 +18184,7 @@ SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springl
     return nearest;
 }
 
-/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+/* Returns the gradient of phi, or the normal of the triangle where the two do not agree, as in a thin sheet; of any length. */
 SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
 {
     springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
@@ -18260,8 +18271,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
-                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
-                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
+                                           | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
         SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -18939,7 +18950,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
-/* Returns the area of all springls, world units. */
+/* Sums the areas of all springls, world units. */
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
     double sum = 0.0;
@@ -19403,7 +19414,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
+    if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -19816,7 +19828,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 838 \"springls.h\"\n",
+    "#line 840 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19836,7 +19848,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
     "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
     "\n",
-    "/* Names what bodies do that touch: become one, as level sets do, or stay two (manual, CONTACT). */\n",
+    "/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */\n",
     "typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;\n",
     "\n",
     "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
@@ -19858,16 +19870,16 @@ static const char *const springls__kernel_lines[] = {
     "    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */\n",
     "\n",
     "    /* relax: section 4.3, Algorithm 1 */\n",
-    "    int relax_iterations;\n",
+    "    int relax_iterations;    /* 0: relax does nothing                                                              */\n",
     "    springls_threshold threshold;\n",
     "    springls_weight weight;\n",
     "    springls_torque torque;\n",
     "    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */\n",
-    "    float kappa_int;         /* internal spring constant (eq. 4)                                                   */\n",
+    "    float kappa_int;         /* internal spring constant (eq. 4); no effect with cover                             */\n",
     "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
     "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
     "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
-    "    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */\n",
+    "    int cover;               /* 1: triangles cover the surface (manual, COVERAGE); 0: springs decide, as in the paper */\n",
     "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
@@ -19891,15 +19903,15 @@ static const char *const springls__kernel_lines[] = {
     "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
     "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
-    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */\n",
+    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
-    "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
+    "    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */\n",
     "    springls_topology topology;\n",
-    "    springls_contact contact; /* of bodies that touch                                                              */\n",
+    "    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */\n",
     "\n",
     "    /* track: section 4.7 */\n",
     "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
@@ -19914,7 +19926,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
-    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
+    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */\n",
     "\n",
     "    /* initial springls: of a mesh; of a level set or shape */\n",
     "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
@@ -19922,7 +19934,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1780 \"springls.h\"\n",
+    "#line 1785 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19934,7 +19946,7 @@ static const char *const springls__kernel_lines[] = {
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
     "\n",
-    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
@@ -20000,7 +20012,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1859 \"springls.h\"\n",
+    "#line 1864 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20085,7 +20097,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1945 \"springls.h\"\n",
+    "#line 1950 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20161,7 +20173,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2022 \"springls.h\"\n",
+    "#line 2027 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20180,7 +20192,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2042 \"springls.h\"\n",
+    "#line 2047 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20195,7 +20207,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2058 \"springls.h\"\n",
+    "#line 2063 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20319,7 +20331,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2182 \"springls.h\"\n",
+    "#line 2187 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20345,7 +20357,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2209 \"springls.h\"\n",
+    "#line 2214 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20496,7 +20508,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2361 \"springls.h\"\n",
+    "#line 2366 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20511,7 +20523,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2376 \"springls.h\"\n",
+    "#line 2381 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20635,14 +20647,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2500 \"springls.h\"\n",
+    "#line 2505 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2508 \"springls.h\"\n",
+    "#line 2513 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20654,7 +20666,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2520 \"springls.h\"\n",
+    "#line 2525 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20669,7 +20681,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2536 \"springls.h\"\n",
+    "#line 2541 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20713,7 +20725,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2580 \"springls.h\"\n",
+    "#line 2585 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20728,7 +20740,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2595 \"springls.h\"\n",
+    "#line 2600 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20772,7 +20784,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2639 \"springls.h\"\n",
+    "#line 2644 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20851,7 +20863,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2718 \"springls.h\"\n",
+    "#line 2723 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20866,7 +20878,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2734 \"springls.h\"\n",
+    "#line 2739 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20929,7 +20941,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2797 \"springls.h\"\n",
+    "#line 2802 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20944,7 +20956,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2812 \"springls.h\"\n",
+    "#line 2817 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21007,7 +21019,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2876 \"springls.h\"\n",
+    "#line 2881 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21020,7 +21032,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
-    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
@@ -21186,9 +21198,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
-    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */\n",
-    "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
-    "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
+    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */\n",
+    "#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -21260,7 +21272,6 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
     "    model->set.body[i] = model->set.body[from];\n",
-    "    model->set.overlapped[i] = model->set.overlapped[from];\n",
     "}\n",
     "\n",
     "/* Returns true when two springls are of bodies that stay two. */\n",
@@ -21344,7 +21355,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3214 \"springls.h\"\n",
+    "#line 3218 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21469,7 +21480,7 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
-    "/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between\n",
+    "/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between\n",
     "   voxels. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
@@ -21785,7 +21796,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3656 \"springls.h\"\n",
+    "#line 3660 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21961,7 +21972,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3833 \"springls.h\"\n",
+    "#line 3837 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21994,7 +22005,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct springls__fit_equation { float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight; } springls__fit_equation;\n",
+    "typedef struct springls__fit_equation {\n",
+    "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} springls__fit_equation;\n",
     "\n",
     "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,\n",
     "                                                                 springls__v3 normal, springls__v3 a)\n",
@@ -22058,7 +22071,7 @@ static const char *const springls__kernel_lines[] = {
     "    return terms > 0;\n",
     "}\n",
     "\n",
-    "/* Solves for one right-hand side, which x holds and is replaced. */\n",
+    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
     "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
     "{\n",
     "    int i, k;\n",
@@ -22074,7 +22087,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The first `terms` coefficients of the height and of the three coordinates of a. */\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
     "typedef struct springls__fit_solution {\n",
     "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
     "    int terms; /* 0: there are none */\n",
@@ -22109,7 +22122,7 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Returns how many terms the neighbors suffice for: a quadratic's with ten or more, a plane's with four or more. */\n",
+    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }\n",
     "\n",
     "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
@@ -22132,7 +22145,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4005 \"springls.h\"\n",
+    "#line 4011 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22265,7 +22278,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4139 \"springls.h\"\n",
+    "#line 4145 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22274,7 +22287,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4148 \"springls.h\"\n",
+    "#line 4154 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22289,7 +22302,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4164 \"springls.h\"\n",
+    "#line 4170 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22302,7 +22315,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4177 \"springls.h\"\n",
+    "#line 4183 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22317,7 +22330,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4192 \"springls.h\"\n",
+    "#line 4198 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22330,7 +22343,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4205 \"springls.h\"\n",
+    "#line 4211 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22344,8 +22357,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares\n",
-    "   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */\n",
+    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
+    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
+    "   16/120 of the first term. */\n",
     "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
     "{\n",
     "    const float half_time = 0.1f, all = 0.04f;\n",
@@ -22402,14 +22416,14 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */\n",
+    "/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */\n",
     "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
     "\n",
-    "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
-    "   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or\n",
-    "   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the\n",
-    "   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the\n",
-    "   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's\n",
+    "   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi\n",
+    "   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six\n",
+    "   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k\n",
+    "   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */\n",
     "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
     "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
@@ -22483,7 +22497,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__movers {\n",
     "    springls__v3 x[SPRINGLS__MOVERS];\n",
-    "    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */\n",
+    "    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */\n",
     "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
@@ -22543,7 +22557,7 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */\n",
+    "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
     "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
     "                                                    springls__springl s, springls__movers d)\n",
     "{\n",
@@ -22590,7 +22604,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4956 \"springls.h\"\n",
+    "#line 4963 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22616,7 +22630,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4983 \"springls.h\"\n",
+    "#line 4990 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22685,7 +22699,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5053 \"springls.h\"\n",
+    "#line 5060 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22787,7 +22801,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5156 \"springls.h\"\n",
+    "#line 5163 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22878,7 +22892,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5248 \"springls.h\"\n",
+    "#line 5255 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23095,7 +23109,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5466 \"springls.h\"\n",
+    "#line 5473 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23220,7 +23234,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5592 \"springls.h\"\n",
+    "#line 5599 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23296,7 +23310,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5669 \"springls.h\"\n",
+    "#line 5676 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23311,7 +23325,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5684 \"springls.h\"\n",
+    "#line 5691 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23326,7 +23340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5700 \"springls.h\"\n",
+    "#line 5707 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23337,7 +23351,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5711 \"springls.h\"\n",
+    "#line 5718 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23352,7 +23366,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5726 \"springls.h\"\n",
+    "#line 5733 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23363,7 +23377,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5737 \"springls.h\"\n",
+    "#line 5744 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23466,7 +23480,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5841 \"springls.h\"\n",
+    "#line 5848 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23945,7 +23959,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6321 \"springls.h\"\n",
+    "#line 6328 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23976,8 +23990,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
-    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that\n",
-    "   one, -1 when there is none. */\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the\n",
+    "   nearest one's number, -1 when there is none. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,\n",
     "                                                                   int *nearest_springl)\n",
     "{\n",
@@ -24052,7 +24066,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6429 \"springls.h\"\n",
+    "#line 6436 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24186,8 +24200,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6565 \"springls.h\"\n",
+    "#line 6573 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24376,7 +24391,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6755 \"springls.h\"\n",
+    "#line 6763 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24474,7 +24489,6 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
-    "    model->set.overlapped[n] = 0;\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -24488,7 +24502,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6868 \"springls.h\"\n",
+    "#line 6875 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
     "   phi is that of their union. */\n",
     "\n",
@@ -24501,7 +24515,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6882 \"springls.h\"\n",
+    "#line 6889 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -24847,7 +24861,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7229 \"springls.h\"\n",
+    "#line 7236 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24998,7 +25012,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7381 \"springls.h\"\n",
+    "#line 7388 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25028,7 +25042,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7411 \"springls.h\"\n",
+    "#line 7418 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25043,7 +25057,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7427 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25212,7 +25226,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7596 \"springls.h\"\n",
+    "#line 7603 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25227,7 +25241,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7611 \"springls.h\"\n",
+    "#line 7618 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25396,7 +25410,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7780 \"springls.h\"\n",
+    "#line 7787 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25432,7 +25446,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7817 \"springls.h\"\n",
+    "#line 7824 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25498,7 +25512,7 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i has grown too large, and is not of the mask. */\n",
+    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
     "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
     "    const springls_params *p = &model->params;\n",
@@ -25547,6 +25561,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
@@ -25555,7 +25570,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7941 \"springls.h\"\n",
+    "#line 7949 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -25896,7 +25911,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8283 \"springls.h\"\n",
+    "#line 8291 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25993,7 +26008,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8381 \"springls.h\"\n",
+    "#line 8389 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26069,7 +26084,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8458 \"springls.h\"\n",
+    "#line 8466 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26305,10 +26320,10 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8695 \"springls.h\"\n",
-    "/* write.h - springls that the caller moves. */\n",
+    "#line 8703 \"springls.h\"\n",
+    "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
-    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
     "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
     "{\n",
     "    springls__tri_hit before = springls__tri_closest(from, p);\n",
@@ -26316,8 +26331,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__add(after.point, springls__sub(p, before.point));\n",
     "}\n",
     "\n",
-    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
-    "   particle that is not given stays where it is in its triangle. */\n",
+    "/* Puts springl args.write.first + i where the caller has it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given is carried by its triangle. */\n",
     "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int n = args.write.first + i, m;\n",
@@ -26330,7 +26345,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8721 \"springls.h\"\n",
+    "#line 8729 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26589,7 +26604,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8981 \"springls.h\"\n",
+    "#line 8989 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26623,8 +26638,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
-    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \\\n",
-    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
+    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -26679,7 +26694,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26683 \"springls.h\"\n",
+    "#line 26698 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27322,15 +27337,16 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     return rule;
 }
 
+/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
 enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
 
-#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
-#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
-   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
-   faces as it does may bound the result. */
+   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
+   but beyond its edge, may bound the result. */
 SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
 {
     springls__v3 m = springls__tri_normal(t);
@@ -27342,22 +27358,22 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
-   edges, and to its level set where there are none. */
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+   Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
-    int i, one, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
-        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
         least = d2;
-        facing = one;
+        facing = to_triangle;
     }
     if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
     cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
@@ -27407,8 +27423,8 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
-   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
+   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
 SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
                                             float a, float b, const int at[3])
 {
@@ -27896,9 +27912,9 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
-   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
-   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+/* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
+   steps may be longer. It is limited by the smallest radius of curvature, and by the band where phi is a distance. Radii so small
+   that they should have vanished by now are errors of single springls, and do not shorten steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
@@ -27907,10 +27923,10 @@ SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elaps
     return springls__max(span, SPRINGLS__CURVATURE_SPAN);
 }
 
-/* Of springls__smooth: when the area was measured last. */
+/* The area when it was last measured, and that time, voxel^2. */
 typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
 
-/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+/* Finds whether the area has become steady, as that of balls is. Measures it only when 1.5 times the time has passed. */
 SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
                                                       bool *at_rest)
 {
@@ -27924,14 +27940,14 @@ SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
-   only until the model is at rest. */
+/* Runs motion by curvature for a time, voxel^2, in steps as long as their spans permit. With volumes that are kept it ends early
+   when the model is at rest. */
 SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
 {
     springls_forces forces;
     springls_step_desc step;
     springls__smooth_rest rest = { DBL_MAX, 4.0f };
-    float left = duration, curvature;
+    float left = duration, curvature = 0.0f;
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
@@ -27942,7 +27958,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
-        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);
         SPRINGLS__TRY(springls_step(ctx, &step));
         left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
@@ -27950,7 +27966,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
         if (springls__cancelled(ctx, 1.0f - left / duration))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
@@ -27984,8 +28000,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
-   surface that they sample, and what a projection would average away is not theirs to change. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. Keeps phi, which is
+   the surface that the springls sample: a projection would round it off. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;

@@ -56,8 +56,8 @@
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
-      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED) | SPRINGLS__BIT(ERROR))                                              \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \

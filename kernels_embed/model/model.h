@@ -22,7 +22,7 @@
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
@@ -188,9 +188,9 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
-#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
-#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */
+#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -262,7 +262,6 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
     model->set.body[i] = model->set.body[from];
-    model->set.overlapped[i] = model->set.overlapped[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */

@@ -143,6 +143,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     model->set.parent[n] = model->set.id[i];
     model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
 }
 
 #endif

@@ -105,7 +105,6 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
-    model->set.overlapped[n] = 0;
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {

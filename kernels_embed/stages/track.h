@@ -36,8 +36,8 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
-   one, -1 when there is none. */
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the
+   nearest one's number, -1 when there is none. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
                                                                    int *nearest_springl)
 {

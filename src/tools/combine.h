@@ -45,15 +45,16 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     return rule;
 }
 
+/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
 enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
 
-#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
-#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
-   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
-   faces as it does may bound the result. */
+   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
+   but beyond its edge, may bound the result. */
 SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
 {
     springls__v3 m = springls__tri_normal(t);
@@ -65,22 +66,22 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
-   edges, and to its level set where there are none. */
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+   Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
-    int i, one, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
-        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
         least = d2;
-        facing = one;
+        facing = to_triangle;
     }
     if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
     cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
@@ -130,8 +131,8 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
-   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
+   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
 SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
                                             float a, float b, const int at[3])
 {
