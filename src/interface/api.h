@@ -766,10 +766,10 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Estimates errors, voxels. At least 95 % of the springls are nearer than that, on the motions of the benchmarks; the estimate is a
-   few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from where
-   the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills, and of
-   integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
+/* Estimates errors, voxels. At least 95 % of the springls are nearer than that, on most motions of the benchmarks; the estimate is
+   a few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from
+   where the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills,
+   and of integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
 typedef struct springls_error_estimate { float place, correspondence; } springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */

@@ -332,8 +332,9 @@
 
    The estimates are larger than the error for 95 % of springls or more on LeVeque's flow and on most of `make motions`, which
    lists the shares, and the median of estimate over error: 3 to 20, more where motion runs backwards and errors of integration
-   cancel. Where bodies meet and are torn apart again the share is lower: a springl there may belong to either. With the paper's
-   parameters splits copy correspondences, and estimates are of about half a voxel.
+   cancel. It is lower where steps are about as long as the field is wide, as when bodies meet and are torn apart again: a smaller
+   max_displacement helps. A springl with too few neighbors for a fit counts as 6 voxels off; beside a tear it may be off by more.
+   With the paper's parameters splits copy correspondences, and estimates are of about half a voxel.
 
 
    VOLUME LOCK
