@@ -45,6 +45,7 @@
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
+     >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
      >>relax:kernel         kernels_embed/stages/relax.h
@@ -76,6 +77,9 @@
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
+     >>bodies               src/stages/bodies.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>fill_gaps            src/stages/fill_gaps.h
      >>fill_from_springls   src/stages/fill_from_springls.h
      >>rebuild              src/stages/rebuild.h
@@ -90,8 +94,6 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
-     >>components           src/stages/components.h
-     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -213,6 +215,7 @@
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
      relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
+     components         -       -         with params.components = 1: every step in which volume_lock does not run
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
    topology.
@@ -229,11 +232,12 @@
      resample             every   every
      relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
+     components           -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
-   and volume_lock may also be called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
+   volume_lock and components may also be called alone, in any order.
 
    These switches of the default set change what stages do:
 
@@ -259,11 +263,9 @@
                               relax                springls that face each other across a gap do not pull each other
      nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
                                                    between the sides of a gap; filaments and drops of that size may vanish
-     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
-                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
-                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
-                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
-                                                   PRESERVED
+     min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
+                              springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
+                                                   have less volume than this, voxel^3. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -288,7 +290,7 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5
+                relax_iterations     iterations of Algorithm 1; 0: relax does nothing    1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -322,8 +324,9 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
-                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
+                min_component        smaller bodies and bubbles are joined or removed    1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
+                contact              MERGE, SEPARATE: see CONTACT                        MERGE     MERGE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
@@ -331,7 +334,7 @@
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
                 components           1: see EVENTS                                       0         0
-                split_input          1: large triangles of a mesh become several springls 1         0
+                split_input          1: large triangles of a mesh are divided            1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -339,32 +342,32 @@
 
    CURVATURE
 
-   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   Curvature is div(n), 1/voxel: the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
    numbers smooth by it:
 
-     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
-     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
-                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
-                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
-                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
-                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
-                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+     springls_forces.curvature_weight  a force, voxel^2 a unit of time, with either set. A ball of radius R has the radius
+                                       sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
+       carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
+                                       max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
+       carry_level_set = 0             Only phi moves, by as much in each iteration of eq. 23 where no springl is near. Near
+                                       springls it comes to rest at the distance lambda times the curvature from them
 
-   Steps are stable up to about one voxel^2 of weight times dt.
+   Steps are stable while weight times dt is below about one voxel^2.
 
    COVERAGE
 
    With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
-   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
    cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
-   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   and 15 % of two. Equilateral triangles about scattered particles leave gaps: for a closed surface take
    springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
    SHARP EDGES
@@ -420,17 +423,33 @@
    it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
    attributes as they keep springls.
 
+   CONTACT
+
+   With contact = MERGE bodies that touch become one, as in every level set; what lies in both is gone. With contact = SEPARATE
+   each body keeps its surface, for fingers that touch, folds, and bodies that are pressed together and come apart:
+
+     - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
+       springls_combine adds those of the other model. New springls are of the body that they come from.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, but have no
+       part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
+     - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
+       can distinguish bodies by springl (springls_batch) or by correspondence.
+     - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
+
+   A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
+
    EVENTS
 
-   With components = 1 (or volume_lock = 1) the model knows its components: bodies, each of what is connected inside the zero
-   level, and cavities, each of what is connected outside and enclosed by a body. springls_components lists them with volume,
-   area and centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
+   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
+   level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
+   centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
-       ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
-       in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
+       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
+       part.
+     - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
+       three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -438,17 +457,18 @@
 
    ERRORS OF PLACE
 
-   springls_springl_errors estimates for each springl how far its particle is from where the motion takes its correspondence, and
-   its correspondence from where the particle has come from; springls_mesh_errors the same for vertices. A springl gets its error
-   when it is split off or filled in: the standard error of a quadratic fit there, the distance from the fit, and the errors of
-   the springls that it was made from. Original springls have only the errors of integration and rounding, which every step adds,
-   from the slopes of the Runge-Kutta method.
+   springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
+   correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
+   for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
+   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
 
-   The estimates are larger than the error for 95 % of springls or more on LeVeque's flow and on most of `make motions`, which
-   lists the shares, and the median of estimate over error: 3 to 20, more where motion runs backwards and errors of integration
-   cancel. It is lower where steps are about as long as the field is wide, as when bodies meet and are torn apart again: a smaller
-   max_displacement helps. A springl with too few neighbors for a fit counts as 6 voxels off; beside a tear it may be off by more.
-   With the paper's parameters splits copy correspondences, and estimates are of about half a voxel.
+   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
+   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
+   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
+   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   half a voxel.
 
    VOLUME LOCK
 
@@ -490,16 +510,17 @@
    phase ends with:
 
      advect               over batches of the forces
-     relax                over springls: finding neighbours; every iteration
+     relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
      contract             over springls: choosing; every round of merging
-     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     project              over bricks: the projection; the search for parts to join; removal of parts; every sweep that
+                          re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
@@ -517,8 +538,8 @@
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
-   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
-   own. Force callbacks must be deterministic too.
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
+   Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
    LIMITS
 
@@ -836,6 +857,9 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
+/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */
+typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -855,16 +879,16 @@ typedef struct springls_params {
     int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
-    int relax_iterations;
+    int relax_iterations;    /* 0: relax does nothing                                                              */
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
     float sharpness;         /* lambda_c of H(lambda_c x)                                                          */
-    float kappa_int;         /* internal spring constant (eq. 4)                                                   */
+    float kappa_int;         /* internal spring constant (eq. 4); no effect with cover                             */
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
-    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
+    int cover;               /* 1: triangles cover the surface (manual, COVERAGE); 0: springs decide, as in the paper */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -888,14 +912,15 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
-    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
+    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */
     springls_topology topology;
+    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
@@ -910,7 +935,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
-    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
@@ -992,8 +1017,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
-   that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_keep_mask and springls_write change the model that
+   is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -1063,8 +1088,8 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
-   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The original surface is that of the springls; where the correspondences lie on another one, set
+   that by springls_set_reference_mesh. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
@@ -1085,9 +1110,9 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
    as in views, 9 floats of vertices and 3 of the particle a springl.
    - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
-   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
-     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
-     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+   - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
+     up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
@@ -1099,7 +1124,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
                                             const float *particles);
 
 /* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
-   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   reshaped, turned, merged, removed nor split: in a step only advect and volume_lock move it. Of two close springls the one
    that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
    still replace or remove kept springls. */
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
@@ -1120,7 +1145,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 
 /* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
    params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
-   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+   pressure or an affine map at the particles only. In a Runge-Kutta stage each springl comes once for each of these. */
 typedef struct springls_batch {
     int count;                    /* of points, one a springl                                                       */
     int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
@@ -1332,8 +1357,8 @@ typedef struct springls_component {
     float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
 } springls_component;
 
-/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
-   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+/* Lists the components by ascending ids, as they are after the last step. When the model has been set or changed since, they are
+   found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
    list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
@@ -1341,14 +1366,14 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
    springl they are born beside, until components are found at the end of the step. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
-/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
-   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
-   springls_components. NON_FINITE: a point is. */
+/* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
+   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to. Conditions as
+   for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
 
 /* Names what happens to components. */
 typedef enum springls_event_kind {
-    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
     SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
@@ -1365,9 +1390,9 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
-   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
-   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+/* Lists what has happened since the last step began, in order of time. What springls_combine, _offset, _remesh or a stage call
+   does is listed too: it is found by this call, or when the next step begins. Conditions and ownership as for
+   springls_components. Parts of a few voxels are included: their volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
@@ -1556,11 +1581,13 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Estimates errors, voxels. At least 95 % of the springls are nearer than that, on most motions of the benchmarks; the estimate is
-   a few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from
-   where the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills,
-   and of integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
-typedef struct springls_error_estimate { float place, correspondence; } springls_error_estimate;
+/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS
+   OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
+   SPRINGLS_INTEGRATOR_EULER. */
+typedef struct springls_error_estimate {
+    float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
+    float correspondence; /* voxels, on the original surface: from it to where the particle has come from            */
+} springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
@@ -1622,6 +1649,8 @@ typedef enum springls_operation {
      rest.
    - The original surface becomes both originals together: triangles of the other are numbered from this model's
      springls_material_triangle_count on, as it was before the call.
+   - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
+     the other operations bodies are found anew.
    - The other model stays as it is; a step in progress there is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */
@@ -1643,7 +1672,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
+   EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -1685,7 +1715,7 @@ typedef struct springls_stats {
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
 /* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the zero level's. */
+   coverage: the springls' area over the zero level's; 0 where there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];
@@ -1764,7 +1794,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* write: the number of the first springl, and which of its parts the caller gives. */
+/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
@@ -2861,9 +2891,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
+    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
@@ -3025,9 +3057,9 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
-#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
-#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */
+#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -3087,16 +3119,31 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = 0u;
+    record->component = record->cavity = record->body = 0u;
+    record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
 }
 
-/* Gives springl i the components of springl `from`, beside which it is new. */
+/* Gives springl i the components and the body of springl `from`, beside which it is new. */
 SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
+    model->set.body[i] = model->set.body[from];
+}
+
+/* Returns true when two springls are of bodies that stay two. */
+SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+{
+    uint32_t a = model->set.body[i], b = model->set.body[other];
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
+}
+
+/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */
+SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)
+{
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -3293,7 +3340,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between
    voxels. */
 SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
@@ -3820,7 +3867,9 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
 }
 
 /* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct springls__fit_equation { float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight; } springls__fit_equation;
+typedef struct springls__fit_equation {
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} springls__fit_equation;
 
 SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,
                                                                  springls__v3 normal, springls__v3 a)
@@ -3884,7 +3933,7 @@ SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, fl
     return terms > 0;
 }
 
-/* Solves for one right-hand side, which x holds and is replaced. */
+/* Solves for one right-hand side, and replaces it in x by the solution. */
 SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
@@ -3900,7 +3949,7 @@ SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, floa
     }
 }
 
-/* The first `terms` coefficients of the height and of the three coordinates of a. */
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
 typedef struct springls__fit_solution {
     float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
     int terms; /* 0: there are none */
@@ -3935,7 +3984,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Returns how many terms the neighbors suffice for: a quadratic's with ten or more, a plane's with four or more. */
+/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
 SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }
 
 /* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
@@ -4173,8 +4222,9 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares
-   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */
+/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
+   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
+   16/120 of the first term. */
 SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     const float half_time = 0.1f, all = 0.04f;
@@ -4231,14 +4281,14 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */
 #define SPRINGLS__CURVATURE_SPAN 1.5f
 
-/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
-   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
-   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
-   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's
+   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
+   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
+   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
+   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
 SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
     const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
@@ -4312,7 +4362,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers {
     springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */
+    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
@@ -4372,7 +4422,7 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
 SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
                                                     springls__springl s, springls__movers d)
 {
@@ -4606,12 +4656,13 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
-    springls__buffer label_rank, label_voxel, label_node, label_id_memory;   /* of voxels (label_components.h)                  */
+    springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
+    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
-    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
+    bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -5050,9 +5101,9 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
+   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
+                                                             springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -5060,6 +5111,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -5076,9 +5128,36 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__spans_sheet(gaps) != 0;
+}
+
+/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
+   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;
+   -1: all do. */
+SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
+{
+    const float same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, side = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        int here;
+        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;
+        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;
+        best = springls__min(best, d2);
+    }
+    return side;
 }
 
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
@@ -5122,11 +5201,12 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
+    if (springls__of_two_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(d, n, m);
+    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5157,7 +5237,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
+        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5308,6 +5388,16 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
+/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */
+SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)
+{
+    const float ahead = 0.75f, radius = 1.6f; /* voxels */
+    springls__springl s = model->set.s[i];
+    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;
+    if (model->set.overlapped[i]) return true;
+    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -5319,7 +5409,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
     if (model->set.mask[i]) return;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -5338,8 +5429,9 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
-   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is
+   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that
+   only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -5354,6 +5446,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
+        if (springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -5381,8 +5474,8 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
    the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
 
-/* Directions about a springl in which its share is measured, 30 degrees apart. */
-#define SPRINGLS__SHARE_DIRECTIONS 12
+/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
+#define SPRINGLS__SHARE_DIRECTIONS 6
 
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
@@ -5401,36 +5494,68 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
+SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
    Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
 SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
 {
-    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
-    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
-                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
+    springls__cell_sides sides;
     springls__share share;
     int k, j;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
-        springls__v3 d = springls__sub(o.p, p);
-        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
-        x = springls__dot(d, u) * near2;
-        y = springls__dot(d, v) * near2;
-        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
-            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, near2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
+        d = springls__sub(o->p, p);
+        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
+    }
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
+        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
     }
     share.area = 0.0f;
     for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
-        share.area += cell[j];
+        share.area += ahead[j] + behind[j];
+        odd[j] = ahead[j] - behind[j];
     }
-    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
-    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    share.cosine = odd[0] - odd[2] + odd[4];
+    share.sine = odd[1] - odd[3] + odd[5];
     return share;
 }
 
@@ -6231,8 +6356,8 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
-   one, -1 when there is none. */
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the
+   nearest one's number, -1 when there is none. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
                                                                    int *nearest_springl)
 {
@@ -6251,6 +6376,11 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
+            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+                if (d2 >= best) continue;
+                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
+                count = 0;
+            }
             sum = springls__add(sum, model->set.a[other]);
             count++;
             if (d2 < best) {
@@ -6266,8 +6396,9 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     return s.p;
 }
 
-/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
+   those of one side. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -6281,6 +6412,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
@@ -6318,7 +6450,7 @@ SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springl
     return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -6326,13 +6458,15 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
 }
 
-/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of
+   the body of springl `of`. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
@@ -6341,6 +6475,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        if (springls__of_two_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -6355,18 +6490,18 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    if (!springls__has_room(model, i, x, n)) return seed;
+    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
@@ -6396,7 +6531,8 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
+            || springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6431,6 +6567,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     model->set.parent[n] = model->set.id[i];
     model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -6722,7 +6859,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
             s.p = fit.point;
@@ -6735,10 +6872,26 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     model->set.synced_position[n] = s.p;
 }
 
+/* ======== >>overlap:kernel  (kernels_embed/stages/overlap.h) =================================================== */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
+   phi is that of their union. */
+
+/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing
+   changes. */
+SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = 2.5f; /* voxels: springls move by no more than two at once */
+    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    (void)args;
+    if (side != 0) model->set.overlapped[i] = side < 0;
+}
+
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
 
-/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
+
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
    side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -6751,6 +6904,9 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
+    if (!springls__is_overlapped(model, (int)n)) return;
+    o->p.x = SPRINGLS__FAR_AWAY;
+    o->edge = 0;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
@@ -7660,7 +7816,8 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 
@@ -7713,7 +7870,7 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
     for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
     child.s.p = fit.point;
@@ -7730,7 +7887,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not of the mask. */
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
@@ -7779,6 +7936,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -7882,30 +8040,6 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
-SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
-{
-    const float radius = 1.6f, same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    bool behind = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float within = radius + s->bounding_radius, d2;
-        springls__tri_plan plan;
-        bool here;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 > best + same) continue;
-        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
-        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
-        best = springls__min(best, d2);
-    }
-    return behind;
-}
-
 /* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
    voxel of the square is. */
 SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
@@ -7931,6 +8065,7 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
+    const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
@@ -7944,8 +8079,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
-    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
-                                                           0.5f * (float)(from[2] + to[2]))))
+    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
         *best = joint;
 }
 
@@ -8295,7 +8430,8 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
         for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
         float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
@@ -8304,6 +8440,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
@@ -8514,11 +8651,13 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;
@@ -8562,9 +8701,9 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
 }
 
 /* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
-/* write.h - springls that the caller moves. */
+/* write.h - puts springls where the caller has moved them. */
 
-/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */
 SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
 {
     springls__tri_hit before = springls__tri_closest(from, p);
@@ -8572,8 +8711,8 @@ SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, spri
     return springls__add(after.point, springls__sub(p, before.point));
 }
 
-/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
-   particle that is not given stays where it is in its triangle. */
+/* Puts springl args.write.first + i where the caller has it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given is carried by its triangle. */
 SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
 {
     int n = args.write.first + i, m;
@@ -8831,7 +8970,8 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
-    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    springls__v3 n = springls__springl_normal(model->set.s[springl]);
+    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
     return fit.ok ? fit.a : a;
 }
 
@@ -8880,13 +9020,14 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
-      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(ERROR))                                                                                                \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
     X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
     X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
@@ -9346,6 +9487,13 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
     memset(surface, 0, sizeof *surface);
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
@@ -9869,7 +10017,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
-    ctx->last_component_id = 0;
+    ctx->last_component_id = ctx->last_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -9920,7 +10068,7 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
 SPRINGLS__FN bool springls__valid_point(const float *x)
 {
     const float furthest = 1e6f; /* voxels */
@@ -10168,15 +10316,14 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
         }
 }
 
-/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
 SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
 {
     batch->points = &x[m * batch->count].x;
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
-   springls of the block. */
+/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
                                    springls__v3 *slope)
 {
@@ -11398,886 +11545,6 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
     springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, NULL);
 }
 
-/* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
-/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
-
-/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
-SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
-{
-    const springls__model *model = &ctx->model;
-    const int bricks = model->grid.active_count;
-    uint32_t *first;
-    int i;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
-                                        | SPRINGLS__ROLE_BIT(brick_rank)));
-    first = model->cells.brick_list_first;
-    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
-    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
-    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
-    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
-    return SPRINGLS_OK;
-}
-
-/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
-SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    args.omega_forget.all = !ctx->omega_fresh;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
-        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
-    }
-    ctx->omega_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
-/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
-
-/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
-SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
-{
-    if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
-    springls__swap_phi(ctx);
-}
-
-enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
-
-SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
-{
-    switch (ctx->work.phase) {
-    case SPRINGLS__EVOLVE_OMEGA:
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
-    case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
-    case SPRINGLS__EVOLVE_COMMIT:
-    default:
-        springls__commit_phi(ctx, 1);
-        springls__mark_phi_synced(ctx);
-        return SPRINGLS_OK;
-    }
-}
-
-/* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
-/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
-   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
-
-/* Finds the springls missing beside others. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
-{
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* Chooses among them, and adds as many as there is room for. */
-SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
-{
-    springls__arguments args;
-    int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-    }
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
-    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
-    ctx->stats.refused += wanted - room;
-    ctx->stats.added += room;
-    if (room == 0) return SPRINGLS_OK;
-    args.insert.count = room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    springls__constellation_added(ctx, room);
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
-/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
-
-/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
-{
-    springls__arguments args;
-    int bricks;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
-    args.exposure.covered = covered;
-    args.exposure.covered_on_sheets = on_sheets;
-    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
-    return SPRINGLS_OK;
-}
-
-/* Adds springls there, as many as there is room for. */
-SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
-{
-    springls__arguments args;
-    int bricks = ctx->model.grid.active_count, wanted = 0, room;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
-    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
-    ctx->stats.refused += wanted - room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
-    args.insert.count = room;
-    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
-    springls__constellation_added(ctx, room);
-    return SPRINGLS_OK;
-}
-
-/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
-SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
-{
-    springls__arguments args;
-    int added = ctx->model.set.count - first;
-    double started;
-    if (added == 0) return;
-    args.fit.first = first;
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
-    springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
-    ctx->stats.added += added;
-    springls__constellation_changed(ctx);
-}
-
-enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
-
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
-{
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
-    const float d_max = ctx->model.params.d_max;
-    const int count = ctx->model.set.count;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__FILL_FIND_SEEDS:
-        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-        SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
-    case SPRINGLS__FILL_INSERT_SEEDS:
-        SPRINGLS__TRY(springls__insert_seeds(ctx));
-        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-    case SPRINGLS__FILL_FIND_EXPOSED:
-        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
-                                          springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
-    case SPRINGLS__FILL_EXPOSED:
-    default:
-        SPRINGLS__TRY(springls__fill_exposed(ctx));
-        springls__fit_new_springls(ctx, count);
-        return springls__attributes_after_fill(ctx, count);
-    }
-}
-
-/* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
-
-SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
-{
-    for (; sweeps > 0; sweeps--) {
-        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Adds the bricks that the band has reached, and drops those that it has left. */
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    uint32_t *mask;
-    uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
-    ctx->cells_fresh = false; /* they live in the bricks */
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    mask = springls__band_mask(&ctx->model);
-    keep = springls__band_keeps(&ctx->model);
-    wanted = springls__band_bricks(&ctx->model);
-    rank = springls__band_rank(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
-                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
-                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
-    for (i = 0; i < g->active_count; i++) {
-        rank[g->active[i]] = i;
-        keep[i] = 0;
-    }
-    for (i = 0; i < g->active_count; i++) {
-        int origin[3], at[3];
-        springls__slot_origin(g, g->active[i], origin);
-        for (d = 0; d < 27; d++) {
-            int brick;
-            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
-            brick = springls__brick_at(g, at[0], at[1], at[2]);
-            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
-            else wanted[missing++] = brick;
-        }
-    }
-    springls__grid_drop_bricks(g, keep);
-    return springls__grid_add_bricks(ctx, wanted, missing);
-}
-
-enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
-
-SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
-{
-    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
-    switch (ctx->work.phase) {
-    case SPRINGLS__REBUILD_INTERFACE:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    case SPRINGLS__REBUILD_SWEEP:
-    default:
-        springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    }
-}
-
-/* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
-/* neighbors.h - the neighbour lists of all springls (section 4.8). */
-
-/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
-SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
-{
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
-    ctx->neighbors_age = 0;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>relax  (src/stages/relax.h) ======================================================================== */
-/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
-
-enum {
-    SPRINGLS__RELAX_BEGIN,
-    SPRINGLS__RELAX_FIND_NEIGHBORS,
-    SPRINGLS__RELAX_ITERATE,
-    SPRINGLS__RELAX_ITERATED,
-    SPRINGLS__RELAX_COVER,
-    SPRINGLS__RELAX_COVERED
-};
-
-/* Makes the springls what a kernel has written to relaxed_springls. */
-SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
-{
-    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-    springls__constellation_moved(ctx);
-}
-
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
-{
-    const springls_params *params = &ctx->model.params;
-    const int count = ctx->model.set.count;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
-            springls__take_relaxed(ctx);
-        }
-        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-    case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_ITERATE:
-        if (ctx->work.repetition == params->relax_iterations)
-            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
-    case SPRINGLS__RELAX_ITERATED:
-        springls__take_relaxed(ctx);
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
-    case SPRINGLS__RELAX_COVERED:
-    default:
-        springls__take_relaxed(ctx);
-        return SPRINGLS_OK;
-    }
-}
-
-/* Gives springls their shares again, after some have come or gone. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
-{
-    springls_status status = springls__next_stage(ctx, springls__relax);
-    ctx->work.repetition = ctx->model.params.relax_iterations;
-    return status;
-}
-
-/* Turns flipped triangles round (section 4.3.1). */
-SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-    ctx->springl_surface_fresh = false;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>resample  (src/stages/resample.h) ================================================================== */
-/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
-
-SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
-{
-    springls__arguments args;
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
-    splits = springls__imin(wanted, room);
-    ctx->stats.refused += wanted - splits;
-    if (splits == 0) return SPRINGLS_OK;
-    args.insert.count = splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
-    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-    springls__constellation_added(ctx, splits);
-    ctx->stats.split += splits;
-    springls__constellation_changed(ctx);
-    springls__attributes_after_split(ctx, count);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>track  (src/stages/track.h) ======================================================================== */
-/* track.h - keeps correspondences on the original surface (section 4.7). */
-
-SPRINGLS__FN springls_status springls__track(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
-/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
-   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
-   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
-   cannot reach are outside too. */
-
-/* Makes the bricks within the band of any springl the active ones. */
-SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
-    uint8_t *wanted;
-    springls__constellation_changed(ctx);
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->bricks_around_springls(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
-    wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)bricks);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[brick];
-            wanted[brick] = 1;
-        }
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
-    list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < bricks; i++)
-        if (wanted[i]) list[count++] = i;
-    return springls__grid_add_bricks(ctx, list, count);
-}
-
-/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
-SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    int step = 1, axis, lines;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
-        do {
-            for (axis = lines = 0; axis < 3; axis++) {
-                args.grow_line.axis = axis;
-                args.grow_line.step = step;
-                args.grow_line.first_flag = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
-                lines += springls__lines_along(g, axis, step);
-            }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
-    return SPRINGLS_OK;
-}
-
-/* Grows the background by blocks of voxels in the active bricks. */
-SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
-{
-    const int bricks = ctx->model.grid.active_count;
-    springls__arguments args;
-    bool grew = true;
-    args.grow.block = block;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
-        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
-        springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
-    }
-    return SPRINGLS_OK;
-}
-
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
-   is the work of one thread. */
-typedef struct springls__region {
-    springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
-    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
-    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
-} springls__region;
-
-enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
-static const float springls__counted = -2.0f; /* a voxel that is            */
-
-/* Returns the place in phi of the i-th voxel of the active bricks. */
-SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
-{
-    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
-}
-
-SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
-{
-    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
-}
-
-/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
-SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int slot;
-    int64_t v;
-    if (!springls__grid_contains(g, x, y, z)) return;
-    slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) {
-        int brick = springls__brick_at(g, x, y, z);
-        if (r->state[brick] != SPRINGLS__OPEN) return;
-        r->state[brick] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)brick;
-        return;
-    }
-    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
-    if (!springls__uncounted(r, v)) return;
-    g->phi[v] = springls__counted;
-    r->member[r->count++] = v;
-}
-
-/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
-SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
-{
-    const springls__grid *g = &r->ctx->model.grid;
-    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
-    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3], to[3];
-    springls__brick_origin(g, brick, at);
-    at[0] += v & 7;
-    at[1] += v >> 3 & 7;
-    at[2] += v >> 6;
-    for (d = 0; d < 6; d++)
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++) {
-                springls__voxel_at_face(at, n, d, i, j, to);
-                springls__region_visit(r, to[0], to[1], to[2]);
-            }
-}
-
-/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
-SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int64_t i;
-    r->count = r->votes = 0;
-    g->phi[first] = springls__counted;
-    r->member[r->count++] = first;
-    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
-    if (r->votes <= 0) return;
-    for (i = 0; i < r->count; i++) {
-        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
-        else g->phi[r->member[i]] = 1.0f;
-    }
-}
-
-/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
-SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
-    springls__region region;
-    size_t room = springls__brick_count(g);
-    int64_t v;
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->resolve_regions(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    region.ctx = ctx;
-    region.state = springls__brick_state(&ctx->model);
-    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
-    region.member = springls__region_members(&ctx->model);
-    for (v = 0; v < voxels; v++) {
-        int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
-    }
-    return SPRINGLS_OK;
-}
-
-enum {
-    SPRINGLS__SIGN_OMEGA,
-    SPRINGLS__SIGN_GROW_BRICKS,
-    SPRINGLS__SIGN_GROW_COARSE,
-    SPRINGLS__SIGN_GROW_FINE,
-    SPRINGLS__SIGN_SIDES,
-    SPRINGLS__SIGN_COMMIT
-};
-
-SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
-{
-    const int bricks = ctx->model.grid.active_count;
-    const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0)
-            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
-    case SPRINGLS__SIGN_GROW_BRICKS:
-        SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
-    case SPRINGLS__SIGN_GROW_COARSE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
-    case SPRINGLS__SIGN_GROW_FINE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
-    case SPRINGLS__SIGN_SIDES:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
-    case SPRINGLS__SIGN_COMMIT:
-    default:
-        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
-        springls__mark_phi_synced(ctx);
-        return springls__next_stage(ctx, springls__rebuild);
-    }
-}
-
-/* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
-/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
-   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
-   both sides. */
-
-/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
-{
-    int count = ctx->model.set.count;
-    springls__arguments args;
-    args.edge.search = search;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
-    return SPRINGLS_OK;
-}
-
-/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
-   edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
-
-/* Turns springls at a crease, each about its particle, into their sides. */
-SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__sort_sides(ctx, false));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
-    ctx->omega_fresh = false;
-    ctx->springl_surface_fresh = false;
-    return SPRINGLS_OK;
-}
-
-/* ---- initial springls ---- */
-
-/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
-   one-sided differences that are; 0 where none are. */
-SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
-{
-    const float tolerance = 0.02f;
-    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
-    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < 6; k++)
-        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
-    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
-    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
-    for (k = 0; k < 8; k++) {
-        d.x = k & 1 ? beside[1] - c : c - beside[0];
-        d.y = k & 2 ? beside[3] - c : c - beside[2];
-        d.z = k & 4 ? beside[5] - c : c - beside[4];
-        off = springls__fabs(springls__length(d) - 1.0f);
-        if (off >= least) continue;
-        least = off;
-        best = springls__normalize(d);
-    }
-    return best;
-}
-
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
-   on it. Distances inside a convex edge are exact, and those outside a concave one. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *samples)
-{
-    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
-    int lo[3], hi[3], i, j, k;
-    lo[0] = (int)springls__floor(x.x - radius);
-    lo[1] = (int)springls__floor(x.y - radius);
-    lo[2] = (int)springls__floor(x.z - radius);
-    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    samples->count = 0;
-    for (k = lo[2]; k <= hi[2]; k++)
-        for (j = lo[1]; j <= hi[1]; j++)
-            for (i = lo[0]; i <= hi[0]; i++) {
-                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
-                springls__v3 n, foot;
-                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
-                n = springls__unkinked_gradient(g, i, j, k);
-                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
-                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f)
-                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
-            }
-}
-
-/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
-SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
-{
-    const float out = 0.1f; /* voxel */
-    int i;
-    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
-    return q;
-}
-
-/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
-SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
-{
-    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
-    springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set samples;
-    springls__sides sides;
-    springls__fit_result fit;
-    int outside, m;
-    for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &samples);
-        sides = springls__sample_set_sides(&samples, 0.0f, false);
-        if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
-        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++)
-            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
-        s->p = fit.point;
-        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
-        *s = springls__springl_finished(*s);
-        *edge = sides.count > 1;
-        return true;
-    }
-    return false;
-}
-
-/* Returns the gradient of phi at a voxel by central differences. */
-SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
-{
-    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
-}
-
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
-SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
-{
-    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
-    for (c = 0; c < 8; c++) {
-        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
-    }
-    return false;
-}
-
-SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) {
-        springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p)
-            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
-            ctx->model.set.a[begin] = s->p;
-            ctx->model.set.synced_position[begin] = s->p;
-        }
-    }
-}
-
-/* Moves the initial springls of a level set that cut across a crease to one side of it. */
-SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
-{
-    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
-}
-
-/* ======== >>project  (src/stages/project.h) ==================================================================== */
-/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
-   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
-   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
-
-/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
-   which is found again when it is next used. */
-SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
-{
-    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
-    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
-    const springls__grid *g = &ctx->model.grid;
-    int i;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
-    springls__omega_constant(ctx, g->far_value, -g->far_value);
-    for (i = 0; i < voxels; i++) {
-        springls__arguments args;
-        args.resolve.last = i == voxels - 1;
-        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
-        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
-    }
-    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
-    ctx->omega_fresh = false;
-}
-
-SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
-{
-    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
-}
-
-/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
-   other may join the rest. */
-SPRINGLS__FN void springls__join_parts(springls_context *ctx)
-{
-    const int bricks = ctx->model.grid.active_count;
-    int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
-    for (; rounds > 0; rounds--) {
-        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
-SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
-{
-    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
-    springls__join_parts(ctx);
-    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-    springls__swap_phi(ctx);
-    return SPRINGLS_OK;
-}
-
-enum {
-    SPRINGLS__PROJECT_PHI,
-    SPRINGLS__PROJECT_COMMIT,
-    SPRINGLS__PROJECT_JOINED,
-    SPRINGLS__PROJECT_NO_SPECKS,
-    SPRINGLS__PROJECT_SWEEP,
-    SPRINGLS__PROJECT_SWEPT
-};
-
-SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
-{
-    const int sweeps = 2;
-    springls__arguments args;
-    float *displacement = &ctx->work.displacement;
-    switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_PHI:
-        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
-        args.project.carry = carry;
-        args.project.max_displacement = *displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
-    case SPRINGLS__PROJECT_COMMIT:
-        if (carry) {
-            springls__resolve_sides(ctx);
-            springls__mark_phi_synced(ctx);
-        }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
-    case SPRINGLS__PROJECT_JOINED:
-        springls__join_parts(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
-    case SPRINGLS__PROJECT_NO_SPECKS:
-        springls__swap_phi(ctx);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-    case SPRINGLS__PROJECT_SWEEP:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
-    case SPRINGLS__PROJECT_SWEPT:
-    default:
-        springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
-    }
-}
-
-SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
-SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
-
 /* ======== >>label_components  (src/stages/label_components.h) ================================================== */
 /* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
    is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
@@ -13176,6 +12443,924 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
+/* ======== >>bodies  (src/stages/bodies.h) ====================================================================== */
+/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
+   model was set with it on. */
+
+SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+{
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+}
+
+/* Gives every springl the body that it bounds. */
+SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+{
+    springls__constellation *set = &ctx->model.set;
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__find_components(ctx, &labels));
+    for (i = 0; i < set->count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
+        set->body[i] = (uint32_t)(body + 1);
+        set->overlapped[i] = 0;
+    }
+    ctx->last_body = (uint32_t)labels.count + 1u;
+    return SPRINGLS_OK;
+}
+
+/* Finds which springls lie in another body. */
+SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
+{
+    if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
+/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
+SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
+{
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
+                                        | SPRINGLS__ROLE_BIT(brick_rank)));
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
+    return SPRINGLS_OK;
+}
+
+/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
+SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
+    args.omega_forget.all = !ctx->omega_fresh;
+    if (!ctx->omega_fresh) SPRINGLS__TRY(springls__find_overlap(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
+    }
+    ctx->omega_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
+
+/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
+SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
+{
+    if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
+    springls__swap_phi(ctx);
+}
+
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
+SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
+{
+    switch (ctx->work.phase) {
+    case SPRINGLS__EVOLVE_OMEGA:
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
+    default:
+        springls__commit_phi(ctx, 1);
+        springls__mark_phi_synced(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
+
+/* Finds the springls missing beside others. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
+{
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Chooses among them, and adds as many as there is room for. */
+SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
+{
+    springls__arguments args;
+    int count = ctx->model.set.count, wanted = 0, room;
+    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
+        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
+    ctx->stats.refused += wanted - room;
+    ctx->stats.added += room;
+    if (room == 0) return SPRINGLS_OK;
+    args.insert.count = room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
+    springls__constellation_added(ctx, room);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
+
+/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
+{
+    springls__arguments args;
+    int bricks;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
+    args.exposure.covered = covered;
+    args.exposure.covered_on_sheets = on_sheets;
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
+    return SPRINGLS_OK;
+}
+
+/* Adds springls there, as many as there is room for. */
+SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
+{
+    springls__arguments args;
+    int bricks = ctx->model.grid.active_count, wanted = 0, room;
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
+    ctx->stats.refused += wanted - room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
+    args.insert.count = room;
+    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
+    springls__constellation_added(ctx, room);
+    return SPRINGLS_OK;
+}
+
+/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
+SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
+{
+    springls__arguments args;
+    int added = ctx->model.set.count - first;
+    double started;
+    if (added == 0) return;
+    args.fit.first = first;
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
+    springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
+    ctx->stats.added += added;
+    springls__constellation_changed(ctx);
+}
+
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
+    const float d_max = ctx->model.params.d_max;
+    const int count = ctx->model.set.count;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    switch (ctx->work.phase) {
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+        SPRINGLS__TRY(springls__find_seeds(ctx));
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
+        SPRINGLS__TRY(springls__insert_seeds(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
+        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
+    default:
+        SPRINGLS__TRY(springls__fill_exposed(ctx));
+        springls__fit_new_springls(ctx, count);
+        return springls__attributes_after_fill(ctx, count);
+    }
+}
+
+/* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
+
+SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
+{
+    for (; sweeps > 0; sweeps--) {
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Adds the bricks that the band has reached, and drops those that it has left. */
+SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    uint32_t *mask;
+    uint8_t *keep;
+    int *wanted, *rank, i, d, missing = 0;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
+    ctx->cells_fresh = false; /* they live in the bricks */
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    mask = springls__band_mask(&ctx->model);
+    keep = springls__band_keeps(&ctx->model);
+    wanted = springls__band_bricks(&ctx->model);
+    rank = springls__band_rank(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    for (i = 0; i < g->active_count; i++) {
+        rank[g->active[i]] = i;
+        keep[i] = 0;
+    }
+    for (i = 0; i < g->active_count; i++) {
+        int origin[3], at[3];
+        springls__slot_origin(g, g->active[i], origin);
+        for (d = 0; d < 27; d++) {
+            int brick;
+            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
+            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
+            else wanted[missing++] = brick;
+        }
+    }
+    springls__grid_drop_bricks(g, keep);
+    return springls__grid_add_bricks(ctx, wanted, missing);
+}
+
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
+SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
+{
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
+    switch (ctx->work.phase) {
+    case SPRINGLS__REBUILD_INTERFACE:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
+        springls__swap_phi(ctx);
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    }
+}
+
+/* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
+
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
+{
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
+    ctx->neighbors_age = 0;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>relax  (src/stages/relax.h) ======================================================================== */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
+
+enum {
+    SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_ITERATE,
+    SPRINGLS__RELAX_ITERATED,
+    SPRINGLS__RELAX_COVER,
+    SPRINGLS__RELAX_COVERED
+};
+
+/* Makes the springls what a kernel has written to relaxed_springls. */
+SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
+    springls__constellation_moved(ctx);
+}
+
+SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const int count = ctx->model.set.count;
+    switch (ctx->work.phase) {
+    case SPRINGLS__RELAX_BEGIN:
+        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
+        if (params->cover) {
+            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__take_relaxed(ctx);
+        }
+        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
+        SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
+        if (ctx->work.repetition == params->relax_iterations)
+            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
+        springls__take_relaxed(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_COVER:
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
+    case SPRINGLS__RELAX_COVERED:
+    default:
+        springls__take_relaxed(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* Gives springls their shares again, after some have come or gone. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    springls_status status = springls__next_stage(ctx, springls__relax);
+    ctx->work.repetition = ctx->model.params.relax_iterations;
+    return status;
+}
+
+/* Turns flipped triangles round (section 4.3.1). */
+SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>resample  (src/stages/resample.h) ================================================================== */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
+
+SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
+{
+    springls__arguments args;
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    splits = springls__imin(wanted, room);
+    ctx->stats.refused += wanted - splits;
+    if (splits == 0) return SPRINGLS_OK;
+    args.insert.count = splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
+    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
+    springls__constellation_added(ctx, splits);
+    ctx->stats.split += splits;
+    springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>track  (src/stages/track.h) ======================================================================== */
+/* track.h - keeps correspondences on the original surface (section 4.7). */
+
+SPRINGLS__FN springls_status springls__track(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
+/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
+   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
+   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
+   cannot reach are outside too. */
+
+/* Makes the bricks within the band of any springl the active ones. */
+SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
+    uint8_t *wanted;
+    springls__constellation_changed(ctx);
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    springls__grid_clear(ctx, g);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
+    memset(wanted, 0, (size_t)bricks);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
+    list = springls__brick_list(&ctx->model);
+    for (i = count = 0; i < bricks; i++)
+        if (wanted[i]) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
+}
+
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
+SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
+    int step = 1, axis, lines;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
+    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
+    for (; step >= 1; step /= 2)
+        do {
+            for (axis = lines = 0; axis < 3; axis++) {
+                args.grow_line.axis = axis;
+                args.grow_line.step = step;
+                args.grow_line.first_flag = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
+                lines += springls__lines_along(g, axis, step);
+            }
+        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
+    return SPRINGLS_OK;
+}
+
+/* Grows the background by blocks of voxels in the active bricks. */
+SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
+{
+    const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
+    bool grew = true;
+    args.grow.block = block;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
+    for (; grew && iterations > 0; iterations--) {
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
+        springls__swap_phi(ctx);
+        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
+   is the work of one thread. */
+typedef struct springls__region {
+    springls_context *ctx;
+    uint8_t *state;       /* of the bricks                                              */
+    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
+} springls__region;
+
+enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
+static const float springls__counted = -2.0f; /* a voxel that is            */
+
+/* Returns the place in phi of the i-th voxel of the active bricks. */
+SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
+{
+    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
+}
+
+SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
+{
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+}
+
+/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
+SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
+{
+    springls__grid *g = &r->ctx->model.grid;
+    int slot;
+    int64_t v;
+    if (!springls__grid_contains(g, x, y, z)) return;
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) {
+        int brick = springls__brick_at(g, x, y, z);
+        if (r->state[brick] != SPRINGLS__OPEN) return;
+        r->state[brick] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)brick;
+        return;
+    }
+    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
+    if (!springls__uncounted(r, v)) return;
+    g->phi[v] = springls__counted;
+    r->member[r->count++] = v;
+}
+
+/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
+SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
+{
+    const springls__grid *g = &r->ctx->model.grid;
+    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
+    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
+    for (d = 0; d < 6; d++)
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++) {
+                springls__voxel_at_face(at, n, d, i, j, to);
+                springls__region_visit(r, to[0], to[1], to[2]);
+            }
+}
+
+/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
+SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
+{
+    springls__grid *g = &r->ctx->model.grid;
+    int64_t i;
+    r->count = r->votes = 0;
+    g->phi[first] = springls__counted;
+    r->member[r->count++] = first;
+    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
+    if (r->votes <= 0) return;
+    for (i = 0; i < r->count; i++) {
+        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
+        else g->phi[r->member[i]] = 1.0f;
+    }
+}
+
+/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
+SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
+    springls__region region;
+    size_t room = springls__brick_count(g);
+    int64_t v;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->resolve_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    region.ctx = ctx;
+    region.state = springls__brick_state(&ctx->model);
+    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
+    region.member = springls__region_members(&ctx->model);
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
+    }
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
+
+SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    const bool project = ctx->model.params.project_level_set != 0;
+    switch (ctx->work.phase) {
+    case SPRINGLS__SIGN_OMEGA:
+        if (ctx->model.set.count == 0)
+            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
+        SPRINGLS__TRY(springls__grow_bricks(ctx));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
+    default:
+        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
+        springls__mark_phi_synced(ctx);
+        return springls__next_stage(ctx, springls__rebuild);
+    }
+}
+
+/* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
+/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
+   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
+   both sides. */
+
+/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
+{
+    int count = ctx->model.set.count;
+    springls__arguments args;
+    args.edge.search = search;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
+    return SPRINGLS_OK;
+}
+
+/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
+   edge. */
+SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
+
+/* Turns springls at a crease, each about its particle, into their sides. */
+SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__sort_sides(ctx, false));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
+    ctx->omega_fresh = false;
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ---- initial springls ---- */
+
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
+SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
+{
+    const float tolerance = 0.02f;
+    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
+    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < 6; k++)
+        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
+    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
+    for (k = 0; k < 8; k++) {
+        d.x = k & 1 ? beside[1] - c : c - beside[0];
+        d.y = k & 2 ? beside[3] - c : c - beside[2];
+        d.z = k & 4 ? beside[5] - c : c - beside[4];
+        off = springls__fabs(springls__length(d) - 1.0f);
+        if (off >= least) continue;
+        least = off;
+        best = springls__normalize(d);
+    }
+    return best;
+}
+
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those close
+   to it on the other. Distances inside a convex edge are exact, and those outside a concave one. */
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__sample_set *samples)
+{
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; on the other side distances are exact so far */
+    int lo[3], hi[3], i, j, k;
+    lo[0] = (int)springls__floor(x.x - radius);
+    lo[1] = (int)springls__floor(x.y - radius);
+    lo[2] = (int)springls__floor(x.z - radius);
+    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
+    samples->count = 0;
+    for (k = lo[2]; k <= hi[2]; k++)
+        for (j = lo[1]; j <= hi[1]; j++)
+            for (i = lo[0]; i <= hi[0]; i++) {
+                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
+                springls__v3 n, foot;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
+                n = springls__unkinked_gradient(g, i, j, k);
+                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
+                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
+            }
+}
+
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
+{
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__sample_set samples;
+    springls__sides sides;
+    springls__fit_result fit;
+    int outside, m;
+    for (outside = 0; outside < 2; outside++) {
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
+        if (sides.count < 1 || (outside && sides.count < 2)) continue;
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
+        *s = springls__springl_finished(*s);
+        *edge = sides.count > 1;
+        return true;
+    }
+    return false;
+}
+
+/* Returns the gradient of phi at a voxel by central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
+}
+
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
+SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
+{
+    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
+    for (c = 0; c < 8; c++) {
+        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
+    }
+    return false;
+}
+
+SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->model.set.s[begin];
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+            ctx->model.set.a[begin] = s->p;
+            ctx->model.set.synced_position[begin] = s->p;
+        }
+    }
+}
+
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
+SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
+}
+
+/* ======== >>project  (src/stages/project.h) ==================================================================== */
+/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
+   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
+
+/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
+   which is found again when it is next used. */
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
+{
+    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
+    springls__omega_constant(ctx, g->far_value, -g->far_value);
+    for (i = 0; i < voxels; i++) {
+        springls__arguments args;
+        args.resolve.last = i == voxels - 1;
+        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
+        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
+    }
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
+    ctx->omega_fresh = false;
+}
+
+SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
+{
+    return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
+}
+
+/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
+   the first round may join the rest in the second. */
+SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int rounds = 2;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    for (; rounds > 0; rounds--) {
+        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        springls__swap_phi(ctx);
+    }
+}
+
+/* Joins the parts of limbs and removes small parts, in a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    springls__join_parts(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+    springls__swap_phi(ctx);
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_JOINED,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
+
+SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
+{
+    const int sweeps = 2;
+    springls__arguments args;
+    float *displacement = &ctx->work.displacement;
+    switch (ctx->work.phase) {
+    case SPRINGLS__PROJECT_PHI:
+        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        SPRINGLS__TRY(springls__find_overlap(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        args.project.carry = carry;
+        args.project.max_displacement = *displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
+        if (carry) {
+            springls__resolve_sides(ctx);
+            springls__mark_phi_synced(ctx);
+        }
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
+    case SPRINGLS__PROJECT_JOINED:
+        springls__join_parts(ctx);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
+        springls__swap_phi(ctx);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
+    default:
+        springls__swap_phi(ctx);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
+    }
+}
+
+SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
+SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
+
 /* ======== >>events  (src/stages/events.h) ====================================================================== */
 /* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
 
@@ -13735,14 +13920,14 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
     return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-/* Returns true when components have ids, but no volumes to keep. */
-SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+/* Returns true when components are followed without keeping their volumes. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
-/* Returns true when the model has changed since its components were found, or they have not been found yet. */
-SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+/* Returns true when components are to be found before the step: they never were, or the model has changed since. */
+SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
@@ -13767,10 +13952,10 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
-/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+/* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+    return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
@@ -13815,8 +14000,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
-/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
-   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+/* Returns the motion by eq. 22's curvature term in a sub-step, voxel^2, for springls that carry phi: as in one iteration of
+   eq. 23, but by at most half of max_displacement (0: no limit). Where they do not, evolve moves phi instead, and it is 0. */
 SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
 {
     float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
@@ -13937,8 +14122,9 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -13955,7 +14141,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
+    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__update_components), \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -14273,6 +14459,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.keep_edges = 0;
     p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
+    p.contact = SPRINGLS_CONTACT_MERGE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
@@ -14367,6 +14554,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
+    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
     SPRINGLS__IN(track_step, 0.0f, 1.0f);
@@ -14501,6 +14689,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
+    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_body = 0;
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -15370,12 +15559,12 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
 
 /* ======== >>split_input  (src/input/split_input.h) ============================================================= */
 /* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
-   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
-   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+   the middle of the longest edge, until no edge is too long. Whether and where an edge is divided depends on its two ends alone,
+   so triangles are divided alike on both sides of it, and no gap can open between them when they move. */
 
 enum { SPRINGLS__SPLIT_STACK = 256 };
 
-/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+/* Holds a part of an input triangle, in double precision: a part near the grid may be of a triangle with far corners. */
 typedef struct springls__split_part { double q[3][3]; } springls__split_part;
 
 /* Holds what parts are divided by. room: how many more springls there may be. */
@@ -15628,8 +15817,11 @@ SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const 
     }
 }
 
-/* Returns 1 for three corners in ascending order, turned round cyclically or not, and -1 for the reverse. */
-SPRINGLS__FN int springls__mesh_corner_order(const int c[3]) { return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1; }
+/* Returns 1 when three corners ascend cyclically, as (1, 2, 3), (2, 3, 1) and (3, 1, 2) do; else -1. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3])
+{
+    return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1;
+}
 
 /* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
 SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
@@ -15647,8 +15839,8 @@ SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
     return m->table[slot];
 }
 
-/* Leaves one of the listed triangles that lie on each other corner by corner: the first that faces as most do; of as many either
-   way one each, a sheet with two sides. So no place is more crowded than the surface makes it. Overwrites m->edge and m->queue. */
+/* Keeps one of the listed triangles that have the same corners: the first that faces as most of them do. Where as many face
+   either way, keeps one of each: a sheet with two sides. Overwrites m->edge and m->queue. */
 SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
 {
     enum { FORWARD = 1, BACKWARD = 2 };
@@ -15663,9 +15855,9 @@ SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
     for (t = 0; t < m->count; t++)
         if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
     for (t = 0; t < m->count; t++) {
-        int one = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
-        if (!(facing[m->queue[t]] & one)) continue;
-        facing[m->queue[t]] &= ~one;
+        int side = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & side)) continue;
+        facing[m->queue[t]] &= ~side;
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n++] = m->triangle[t];
     }
@@ -15860,7 +16052,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Returns the corners of a listed triangle, turned as m->turn has it. */
+/* Writes the corners of a listed triangle, turned as m->turn has it. */
 SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
     int k;
@@ -15868,7 +16060,7 @@ SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, 
 }
 
 /* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
-SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+SPRINGLS__FN springls_status springls__mesh_make_original(springls_context *ctx, springls__mesh_intake *m)
 {
     const uint8_t mirrored = springls__is_mirrored(ctx);
     int t;
@@ -15881,8 +16073,8 @@ SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, spri
     return springls__surface_make_dipoles(ctx, &ctx->original);
 }
 
-/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
-   is one half, and between two sheets that lie on each other it is 0. */
+/* Returns whether some place is inside: only places right behind triangles have to be tried. Behind a flat patch the winding
+   number is one half, and between two sheets that lie on each other it is 0. */
 SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
 {
     const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
@@ -15936,7 +16128,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original))
         return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
@@ -16057,7 +16249,7 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
 }
 
 /* ======== >>set_reference  (src/input/set_reference.h) ========================================================= */
-/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+/* set_reference.h - replaces the original surface: by the present model, or by a mesh. */
 
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
@@ -16071,15 +16263,8 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Counts the bytes that a surface holds. */
-SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
-{
-    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
-           + surface->source_memory.bytes;
-}
-
-/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
-   model's surface in exchange. */
+/* Takes the original surface and phi_ref of another model, and gives it this model's surface for them to be freed together. Both
+   models have the same grid and allocator. */
 SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
 {
     const springls__grid *from = &other->model.reference;
@@ -16124,7 +16309,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
 }
 
 /* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
-/* set_springls.h - models from springls themselves, and which of them relax. */
+/* set_springls.h - models from springls themselves, and which of their springls are kept. */
 
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask)
 {
@@ -16186,26 +16371,26 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
 }
 
 /* ======== >>write  (src/input/write.h) ========================================================================= */
-/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+/* write.h - puts springls where the caller has moved them: phi follows in the next step, as after advect. */
 
 /* Sends one of the caller's arrays to the device. NULL: nothing. */
-SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
-                                                         size_t points)
+SPRINGLS__FN springls_status springls__upload_written(springls_context *ctx, springls__array array, const float *data,
+                                                      size_t points)
 {
     return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
 }
 
-/* Writes springls on the device: what goes there is the range alone. */
+/* Writes springls on the device, which is sent the range alone. */
 SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
                                                        const float *vertices, const float *particles)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
     return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
 }
 
-/* Writes a range of springls. A part that is NULL follows the other. */
+/* Writes a range of springls. The array that is NULL follows the other one. */
 SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
                                              const float *particles)
 {
@@ -16225,7 +16410,7 @@ SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, i
     return SPRINGLS_OK;
 }
 
-/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+/* Fails when a point of the caller's is not finite, or far outside. first: the first springl's number; each: points a springl. */
 SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
 {
     size_t i, n = points ? (size_t)count * (size_t)each : 0;
@@ -17255,8 +17440,8 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
 }
 
 /* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
-/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
-   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
+   those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
    between two of them. */
 
 /* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
@@ -17275,8 +17460,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 
 /* ---- rays ---- */
 
-/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that each slab has a few cubes. */
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that it meets few cubes of a slab. */
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
@@ -17284,8 +17469,8 @@ typedef struct springls__level_ray {
     springls__level_hit best;
 } springls__level_ray;
 
-/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
-   more than all rounding errors. */
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, with a margin for
+   rounding errors. */
 SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
 {
     const springls__ray_frame *f = &ray->frame;
@@ -17295,7 +17480,7 @@ SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int a
     span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
 }
 
-/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+/* Returns whether the ray meets an active brick between two planes of its main axis. */
 SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
 {
     const int kx = ray->frame.kx, ky = ray->frame.ky;
@@ -17410,15 +17595,16 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
    boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
-    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    float weight[3];            /* least length in model units of a voxel along each axis                       */
     springls__v3 x;             /* the place, model coordinates                                                 */
-    float at[3];                /* and in voxels                                                                */
-    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float at[3];                /* the place, voxels                                                            */
+    float slack, limit2;        /* slack: exceeds rounding errors; limit2: nothing better has a larger distance */
     float d2;
     int brick, order;           /* of the best: the lowest among equals                                         */
     springls__level_hit best;
 } springls__level_search;
 
+/* Begins searches, whose places may follow each other; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
     const double *m = ctx->to_world, *inverse = ctx->to_voxel;
@@ -17656,8 +17842,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
-   the search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. The
+   last result bounds the distance of the next one: that saves time and cannot change it. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -17679,7 +17865,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     search->best.found = false;
     phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
     near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
-    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: a short search may be enough */
         search->limit2 = near * near;
         springls__level_try_rings(search, center);
         if (search->best.found && search->d2 <= near * near) return search->best;
@@ -17890,12 +18076,12 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+/* Does the same by the quadratic fit; the cell list must be fresh. guess: a triangle of the original surface, or -1. */
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
                                                                 int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
     return springls__material_at(ctx, springl, x);
@@ -17930,7 +18116,7 @@ SPRINGLS__FN void springls__hit_none(springls_hit *out)
     out->springl = out->material_triangle = -1;
 }
 
-/* Sets the place on the original surface. */
+/* Adds to a hit its place on the original surface, where there is one. */
 SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
 {
     if (material->triangle < 0) return;
@@ -17987,7 +18173,7 @@ SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 
 /* ---- on the zero level ---- */
 
-/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+/* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
 SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
     float radius;
@@ -17999,7 +18185,7 @@ SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springl
     return nearest;
 }
 
-/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+/* Returns the gradient of phi, or the normal of the triangle where the two do not agree, as in a thin sheet; of any length. */
 SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
 {
     springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
@@ -18086,8 +18272,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
-                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
-                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
+                                           | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
         SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -18765,7 +18951,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
-/* Returns the area of all springls, world units. */
+/* Sums the areas of all springls, world units. */
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
     double sum = 0.0;
@@ -18876,7 +19062,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id;
+    uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -19025,6 +19211,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
+    s->last_body = ctx->last_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -19228,7 +19415,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
+    if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -19498,6 +19686,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
+    ctx->last_body = s->last_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
@@ -19640,7 +19829,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 820 \"springls.h\"\n",
+    "#line 841 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19659,6 +19848,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
     "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
+    "\n",
+    "/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */\n",
+    "typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;\n",
     "\n",
     "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
@@ -19679,16 +19871,16 @@ static const char *const springls__kernel_lines[] = {
     "    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */\n",
     "\n",
     "    /* relax: section 4.3, Algorithm 1 */\n",
-    "    int relax_iterations;\n",
+    "    int relax_iterations;    /* 0: relax does nothing                                                              */\n",
     "    springls_threshold threshold;\n",
     "    springls_weight weight;\n",
     "    springls_torque torque;\n",
     "    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */\n",
-    "    float kappa_int;         /* internal spring constant (eq. 4)                                                   */\n",
+    "    float kappa_int;         /* internal spring constant (eq. 4); no effect with cover                             */\n",
     "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
     "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
     "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
-    "    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */\n",
+    "    int cover;               /* 1: triangles cover the surface (manual, COVERAGE); 0: springs decide, as in the paper */\n",
     "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
@@ -19712,14 +19904,15 @@ static const char *const springls__kernel_lines[] = {
     "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
     "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
-    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */\n",
+    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
-    "    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */\n",
+    "    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */\n",
     "    springls_topology topology;\n",
+    "    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */\n",
     "\n",
     "    /* track: section 4.7 */\n",
     "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
@@ -19734,7 +19927,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
-    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
+    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */\n",
     "\n",
     "    /* initial springls: of a mesh; of a level set or shape */\n",
     "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
@@ -19742,7 +19935,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1756 \"springls.h\"\n",
+    "#line 1786 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -19754,7 +19947,7 @@ static const char *const springls__kernel_lines[] = {
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
     "\n",
-    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
@@ -19820,7 +20013,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1835 \"springls.h\"\n",
+    "#line 1865 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -19905,7 +20098,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1921 \"springls.h\"\n",
+    "#line 1951 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -19981,7 +20174,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1998 \"springls.h\"\n",
+    "#line 2028 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20000,7 +20193,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2018 \"springls.h\"\n",
+    "#line 2048 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20015,7 +20208,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2034 \"springls.h\"\n",
+    "#line 2064 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20139,7 +20332,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2158 \"springls.h\"\n",
+    "#line 2188 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20165,7 +20358,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2185 \"springls.h\"\n",
+    "#line 2215 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20316,7 +20509,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2337 \"springls.h\"\n",
+    "#line 2367 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20331,7 +20524,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2352 \"springls.h\"\n",
+    "#line 2382 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20455,14 +20648,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2476 \"springls.h\"\n",
+    "#line 2506 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2484 \"springls.h\"\n",
+    "#line 2514 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20474,7 +20667,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2496 \"springls.h\"\n",
+    "#line 2526 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20489,7 +20682,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2512 \"springls.h\"\n",
+    "#line 2542 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20533,7 +20726,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2556 \"springls.h\"\n",
+    "#line 2586 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20548,7 +20741,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2571 \"springls.h\"\n",
+    "#line 2601 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20592,7 +20785,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 2645 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20671,7 +20864,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2694 \"springls.h\"\n",
+    "#line 2724 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20686,7 +20879,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2710 \"springls.h\"\n",
+    "#line 2740 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20749,7 +20942,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2773 \"springls.h\"\n",
+    "#line 2803 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20764,7 +20957,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2788 \"springls.h\"\n",
+    "#line 2818 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20827,7 +21020,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2852 \"springls.h\"\n",
+    "#line 2882 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -20840,9 +21033,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
-    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
+    "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
+    "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
@@ -21004,9 +21199,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
-    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */\n",
-    "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
-    "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
+    "#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */\n",
+    "#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -21066,16 +21261,31 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = record->cavity = 0u;\n",
+    "    record->component = record->cavity = record->body = 0u;\n",
+    "    record->overlapped = 0;\n",
     "    record->phi = record->error = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
     "}\n",
     "\n",
-    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "/* Gives springl i the components and the body of springl `from`, beside which it is new. */\n",
     "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
     "{\n",
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
+    "    model->set.body[i] = model->set.body[from];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when two springls are of bodies that stay two. */\n",
+    "SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)\n",
+    "{\n",
+    "    uint32_t a = model->set.body[i], b = model->set.body[other];\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */\n",
+    "SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -21146,7 +21356,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3172 \"springls.h\"\n",
+    "#line 3219 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21271,7 +21481,7 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
-    "/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between\n",
+    "/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between\n",
     "   voxels. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
@@ -21587,7 +21797,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3614 \"springls.h\"\n",
+    "#line 3661 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21763,7 +21973,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3791 \"springls.h\"\n",
+    "#line 3838 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21796,7 +22006,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct springls__fit_equation { float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight; } springls__fit_equation;\n",
+    "typedef struct springls__fit_equation {\n",
+    "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} springls__fit_equation;\n",
     "\n",
     "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,\n",
     "                                                                 springls__v3 normal, springls__v3 a)\n",
@@ -21860,7 +22072,7 @@ static const char *const springls__kernel_lines[] = {
     "    return terms > 0;\n",
     "}\n",
     "\n",
-    "/* Solves for one right-hand side, which x holds and is replaced. */\n",
+    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
     "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
     "{\n",
     "    int i, k;\n",
@@ -21876,7 +22088,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The first `terms` coefficients of the height and of the three coordinates of a. */\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
     "typedef struct springls__fit_solution {\n",
     "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
     "    int terms; /* 0: there are none */\n",
@@ -21911,7 +22123,7 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Returns how many terms the neighbors suffice for: a quadratic's with ten or more, a plane's with four or more. */\n",
+    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }\n",
     "\n",
     "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
@@ -21934,7 +22146,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3963 \"springls.h\"\n",
+    "#line 4012 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22067,7 +22279,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4097 \"springls.h\"\n",
+    "#line 4146 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22076,7 +22288,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4106 \"springls.h\"\n",
+    "#line 4155 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22091,7 +22303,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4122 \"springls.h\"\n",
+    "#line 4171 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22104,7 +22316,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4135 \"springls.h\"\n",
+    "#line 4184 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22119,7 +22331,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4150 \"springls.h\"\n",
+    "#line 4199 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22132,7 +22344,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4212 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22146,8 +22358,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares\n",
-    "   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */\n",
+    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
+    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
+    "   16/120 of the first term. */\n",
     "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
     "{\n",
     "    const float half_time = 0.1f, all = 0.04f;\n",
@@ -22204,14 +22417,14 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */\n",
+    "/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */\n",
     "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
     "\n",
-    "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
-    "   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or\n",
-    "   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the\n",
-    "   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the\n",
-    "   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's\n",
+    "   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi\n",
+    "   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six\n",
+    "   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k\n",
+    "   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */\n",
     "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
     "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
@@ -22285,7 +22498,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__movers {\n",
     "    springls__v3 x[SPRINGLS__MOVERS];\n",
-    "    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */\n",
+    "    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */\n",
     "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
@@ -22345,7 +22558,7 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */\n",
+    "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
     "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
     "                                                    springls__springl s, springls__movers d)\n",
     "{\n",
@@ -22392,7 +22605,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4913 \"springls.h\"\n",
+    "#line 4964 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22418,7 +22631,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4940 \"springls.h\"\n",
+    "#line 4991 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22487,7 +22700,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5010 \"springls.h\"\n",
+    "#line 5061 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22531,9 +22744,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
+    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
+    "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -22541,6 +22754,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -22557,11 +22771,38 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__is_overlapped(model, other)) continue;\n",
     "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 5085 \"springls.h\"\n",
+    "\n",
+    "/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an\n",
+    "   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;\n",
+    "   -1: all do. */\n",
+    "SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)\n",
+    "{\n",
+    "    const float same = 1e-4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, side = 0;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float within = radius + s->bounding_radius, d2;\n",
+    "        springls__tri_plan plan;\n",
+    "        int here;\n",
+    "        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 > best + same) continue;\n",
+    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;\n",
+    "        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;\n",
+    "        best = springls__min(best, d2);\n",
+    "    }\n",
+    "    return side;\n",
+    "}\n",
+    "#line 5164 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22602,11 +22843,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
-    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
     "{\n",
+    "    if (springls__of_two_bodies(model, i, other)) return true;\n",
     "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -22637,7 +22879,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -22651,7 +22893,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5176 \"springls.h\"\n",
+    "#line 5256 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -22787,6 +23029,16 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
+    "/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */\n",
+    "SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float ahead = 0.75f, radius = 1.6f; /* voxels */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;\n",
+    "    if (model->set.overlapped[i]) return true;\n",
+    "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
+    "}\n",
+    "\n",
     "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -22798,7 +23050,8 @@ static const char *const springls__kernel_lines[] = {
     "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
     "    if (model->set.mask[i]) return;\n",
-    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
+    "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -22817,8 +23070,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;\n",
-    "   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is\n",
+    "   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that\n",
+    "   only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -22833,6 +23087,7 @@ static const char *const springls__kernel_lines[] = {
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
+    "        if (springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -22855,12 +23110,12 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5381 \"springls.h\"\n",
+    "#line 5474 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
-    "/* Directions about a springl in which its share is measured, 30 degrees apart. */\n",
-    "#define SPRINGLS__SHARE_DIRECTIONS 12\n",
+    "/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */\n",
+    "#define SPRINGLS__SHARE_DIRECTIONS 6\n",
     "\n",
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
@@ -22879,36 +23134,68 @@ static const char *const springls__kernel_lines[] = {
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
+    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */\n",
+    "typedef struct springls__cell_sides {\n",
+    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
+    "} springls__cell_sides;\n",
+    "\n",
+    "SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };\n",
+    "SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };\n",
+    "\n",
+    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
+    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);\n",
+    "        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);\n",
+    "        springls__vec line = cosine * x + sine * y;\n",
+    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
+    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
+    "    }\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
     "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
     "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
     "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
     "{\n",
-    "    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */\n",
-    "    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,\n",
-    "                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };\n",
+    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
+    "    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */\n",
     "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];\n",
+    "    springls__cell_sides sides;\n",
     "    springls__share share;\n",
     "    int k, j;\n",
-    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
     "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
-    "        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];\n",
-    "        springls__v3 d = springls__sub(o.p, p);\n",
-    "        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
-    "        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;\n",
-    "        x = springls__dot(d, u) * near2;\n",
-    "        y = springls__dot(d, v) * near2;\n",
-    "        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)\n",
-    "            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
+    "        springls__v3 d, area2;\n",
+    "        float facing, near2;\n",
+    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
+    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
+    "            continue;\n",
+    "        }\n",
+    "        o = &model->set.s[codes[k] / 3];\n",
+    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
+    "        facing = springls__dot(area2, n);\n",
+    "        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;\n",
+    "        d = springls__sub(o->p, p);\n",
+    "        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
+    "        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);\n",
+    "    }\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));\n",
+    "        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));\n",
     "    }\n",
     "    share.area = 0.0f;\n",
     "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
-    "        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */\n",
-    "        share.area += cell[j];\n",
+    "        share.area += ahead[j] + behind[j];\n",
+    "        odd[j] = ahead[j] - behind[j];\n",
     "    }\n",
-    "    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];\n",
-    "    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];\n",
+    "    share.cosine = odd[0] - odd[2] + odd[4];\n",
+    "    share.sine = odd[1] - odd[3] + odd[5];\n",
     "    return share;\n",
     "}\n",
     "\n",
@@ -22948,7 +23235,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5475 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23024,7 +23311,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5552 \"springls.h\"\n",
+    "#line 5677 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23039,7 +23326,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5567 \"springls.h\"\n",
+    "#line 5692 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23054,7 +23341,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5583 \"springls.h\"\n",
+    "#line 5708 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23065,7 +23352,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5594 \"springls.h\"\n",
+    "#line 5719 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23080,7 +23367,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5609 \"springls.h\"\n",
+    "#line 5734 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23091,7 +23378,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5620 \"springls.h\"\n",
+    "#line 5745 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23194,7 +23481,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5724 \"springls.h\"\n",
+    "#line 5849 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23673,7 +23960,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6204 \"springls.h\"\n",
+    "#line 6329 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -23704,8 +23991,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
-    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that\n",
-    "   one, -1 when there is none. */\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the\n",
+    "   nearest one's number, -1 when there is none. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,\n",
     "                                                                   int *nearest_springl)\n",
     "{\n",
@@ -23724,6 +24011,11 @@ static const char *const springls__kernel_lines[] = {
     "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
+    "            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {\n",
+    "                if (d2 >= best) continue;\n",
+    "                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */\n",
+    "                count = 0;\n",
+    "            }\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
     "            count++;\n",
     "            if (d2 < best) {\n",
@@ -23739,8 +24031,9 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over\n",
+    "   those of one side. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
@@ -23754,6 +24047,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
@@ -23773,7 +24067,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6305 \"springls.h\"\n",
+    "#line 6437 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -23790,7 +24084,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -23798,13 +24092,15 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
-    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of\n",
+    "   the body of springl `of`. */\n",
+    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
@@ -23813,6 +24109,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
     "        weight += estimate.weight;\n",
     "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
@@ -23827,18 +24124,18 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
-    "    if (!springls__has_room(model, x, n)) return seed;\n",
-    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
-    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
-    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
+    "    if (!springls__has_room(model, i, x, n)) return seed;\n",
+    "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
+    "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
+    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
     "    seed.toward = springls__sub(s->p, fit.point);\n",
@@ -23868,7 +24165,8 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
-    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
+    "            || springls__of_two_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -23903,8 +24201,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6437 \"springls.h\"\n",
+    "#line 6574 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24093,7 +24392,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6627 \"springls.h\"\n",
+    "#line 6764 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24192,7 +24491,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
+    "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
     "            s.p = fit.point;\n",
@@ -24204,10 +24503,25 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6739 \"springls.h\"\n",
+    "#line 6876 \"springls.h\"\n",
+    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
+    "   phi is that of their union. */\n",
+    "\n",
+    "/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing\n",
+    "   changes. */\n",
+    "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
+    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    (void)args;\n",
+    "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
+    "}\n",
+    "#line 6890 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
-    "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
+    "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
+    "\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
     "   side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -24220,6 +24534,9 @@ static const char *const springls__kernel_lines[] = {
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
     "    o->edge = springls__at_edge(model, (int)n);\n",
+    "    if (!springls__is_overlapped(model, (int)n)) return;\n",
+    "    o->p.x = SPRINGLS__FAR_AWAY;\n",
+    "    o->edge = 0;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
@@ -24545,7 +24862,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7081 \"springls.h\"\n",
+    "#line 7237 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -24696,7 +25013,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7233 \"springls.h\"\n",
+    "#line 7389 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24726,7 +25043,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7263 \"springls.h\"\n",
+    "#line 7419 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24741,7 +25058,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7279 \"springls.h\"\n",
+    "#line 7435 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24910,7 +25227,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7604 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24925,7 +25242,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7463 \"springls.h\"\n",
+    "#line 7619 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25094,7 +25411,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7632 \"springls.h\"\n",
+    "#line 7788 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25126,10 +25443,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
-    "    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7668 \"springls.h\"\n",
+    "#line 7825 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25178,7 +25496,7 @@ static const char *const springls__kernel_lines[] = {
     "    child.a = model->set.a[i];\n",
     "    child.error = 0.0f;\n",
     "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
-    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
     "    if (!fit.ok) return child;\n",
     "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
     "    child.s.p = fit.point;\n",
@@ -25195,7 +25513,7 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i has grown too large, and is not of the mask. */\n",
+    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
     "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
     "    const springls_params *p = &model->params;\n",
@@ -25244,6 +25562,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
@@ -25252,7 +25571,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7792 \"springls.h\"\n",
+    "#line 7950 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
     "\n",
@@ -25346,30 +25665,6 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
     "\n",
-    "/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */\n",
-    "SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)\n",
-    "{\n",
-    "    const float radius = 1.6f, same = 1e-4f;\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    bool behind = false;\n",
-    "    int i;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float within = radius + s->bounding_radius, d2;\n",
-    "        springls__tri_plan plan;\n",
-    "        bool here;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 > best + same) continue;\n",
-    "        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;\n",
-    "        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;\n",
-    "        best = springls__min(best, d2);\n",
-    "    }\n",
-    "    return behind;\n",
-    "}\n",
-    "\n",
     "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
     "   voxel of the square is. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
@@ -25395,6 +25690,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
     "                                         int d2, springls__joint *best)\n",
     "{\n",
+    "    const float near_by = 1.6f; /* voxels */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__joint joint, other;\n",
     "    int to[3];\n",
@@ -25408,8 +25704,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
     "    springls__step_to(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
-    "    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
-    "                                                           0.5f * (float)(from[2] + to[2]))))\n",
+    "    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
+    "                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)\n",
     "        *best = joint;\n",
     "}\n",
     "\n",
@@ -25616,7 +25912,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8157 \"springls.h\"\n",
+    "#line 8292 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -25713,7 +26009,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8255 \"springls.h\"\n",
+    "#line 8390 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -25757,7 +26053,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
     "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
     "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
@@ -25766,6 +26063,7 @@ static const char *const springls__kernel_lines[] = {
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
     "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
@@ -25787,7 +26085,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8330 \"springls.h\"\n",
+    "#line 8467 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -25975,11 +26273,13 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
     "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        if (springls__is_overlapped(model, n)) continue;\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
     "                v = 8 * y + 64 * z;\n",
@@ -26021,10 +26321,10 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8565 \"springls.h\"\n",
-    "/* write.h - springls that the caller moves. */\n",
+    "#line 8704 \"springls.h\"\n",
+    "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
-    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
     "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
     "{\n",
     "    springls__tri_hit before = springls__tri_closest(from, p);\n",
@@ -26032,8 +26332,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__add(after.point, springls__sub(p, before.point));\n",
     "}\n",
     "\n",
-    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
-    "   particle that is not given stays where it is in its triangle. */\n",
+    "/* Puts springl args.write.first + i where the caller has it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given is carried by its triangle. */\n",
     "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int n = args.write.first + i, m;\n",
@@ -26046,7 +26346,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8591 \"springls.h\"\n",
+    "#line 8730 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26290,7 +26590,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = model->set.a[springl];\n",
-    "    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);\n",
+    "    springls__v3 n = springls__springl_normal(model->set.s[springl]);\n",
+    "    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);\n",
     "    return fit.ok ? fit.a : a;\n",
     "}\n",
     "\n",
@@ -26304,7 +26605,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8850 \"springls.h\"\n",
+    "#line 8990 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26338,13 +26639,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
-    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \\\n",
-    "          | SPRINGLS__BIT(ERROR))                                                                                                \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
+    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
     "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \\\n",
     "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
@@ -26393,7 +26695,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26397 \"springls.h\"\n",
+    "#line 26699 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27036,15 +27338,16 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     return rule;
 }
 
+/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
 enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
 
-#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
-#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
-   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
-   faces as it does may bound the result. */
+   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
+   but beyond its edge, may bound the result. */
 SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
 {
     springls__v3 m = springls__tri_normal(t);
@@ -27056,22 +27359,22 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
-   edges, and to its level set where there are none. */
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+   Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
-    int i, one, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
-        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
         least = d2;
-        facing = one;
+        facing = to_triangle;
     }
     if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
     cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
@@ -27121,8 +27424,8 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
-   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
+   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
 SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
                                             float a, float b, const int at[3])
 {
@@ -27288,6 +27591,13 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
     }
 }
 
+/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
+SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+{
+    uint32_t body = other->model.set.body[j];
+    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+}
+
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
 SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                                const springls__side_rule *rule, bool turn)
@@ -27299,6 +27609,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
+    record.body = springls__body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -27328,6 +27639,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
+    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -27369,6 +27682,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
+    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
@@ -27599,9 +27913,9 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
-   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
-   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+/* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
+   steps may be longer. It is limited by the smallest radius of curvature, and by the band where phi is a distance. Radii so small
+   that they should have vanished by now are errors of single springls, and do not shorten steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
@@ -27610,10 +27924,10 @@ SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elaps
     return springls__max(span, SPRINGLS__CURVATURE_SPAN);
 }
 
-/* Of springls__smooth: when the area was measured last. */
+/* The area when it was last measured, and that time, voxel^2. */
 typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
 
-/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+/* Finds whether the area has become steady, as that of balls is. Measures it only when 1.5 times the time has passed. */
 SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
                                                       bool *at_rest)
 {
@@ -27627,14 +27941,14 @@ SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
-   only until the model is at rest. */
+/* Runs motion by curvature for a time, voxel^2, in steps as long as their spans permit. With volumes that are kept it ends early
+   when the model is at rest. */
 SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
 {
     springls_forces forces;
     springls_step_desc step;
     springls__smooth_rest rest = { DBL_MAX, 4.0f };
-    float left = duration, curvature;
+    float left = duration, curvature = 0.0f;
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
@@ -27645,7 +27959,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
-        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);
         SPRINGLS__TRY(springls_step(ctx, &step));
         left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
@@ -27653,7 +27967,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
         if (springls__cancelled(ctx, 1.0f - left / duration))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
@@ -27687,8 +28001,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
-   surface that they sample, and what a projection would average away is not theirs to change. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. Keeps phi, which is
+   the surface that the springls sample: a projection would round it off. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;

@@ -385,7 +385,8 @@ static bool run(struct csg *csg, springls_backend *backend)
         return said(csg, 0);
     }
     if (csg->mesh.triangle_count == 0) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "the result is thinner than the voxels, of %.4g, and has no surface on them", csg->spacing);
+        cli_fail("csg", CLI_EXIT_FAILURE, "the result is thinner than the voxels, of %.4g, and has no surface on them",
+                 csg->spacing);
         return false;
     }
     return true;

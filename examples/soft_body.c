@@ -1,8 +1,8 @@
 /* soft_body.c - a solver of its own drives springls: a bar of dough is held at both ends and drawn out until it tears.
  *
- * The solver knows masses on springs and nothing of surfaces. Each springl remembers its mass point in an attribute; springls
+ * The solver has masses on springs, and no surface. Each springl has the number of its mass point in an attribute; springls
  * that are split or filled in take theirs from the springl that they come from. Every frame springls_write puts the springls
- * where the masses have gone, and a step without forces makes the level set follow, which tears when the neck has gone. */
+ * where the masses have gone, and a step without forces makes the level set follow, which parts when the neck is too thin. */
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
@@ -160,7 +160,8 @@ static int spring_of(const struct bar *bar, int mass, const float x[3])
     float along[3], off[3];
     vec3_sub(bar->x_before[mass < MASSES - 1 ? mass + 1 : mass], bar->x_before[mass > 0 ? mass - 1 : mass], along);
     vec3_sub(x, bar->x_before[mass], off);
-    const bool behind = mass == MASSES - 1 || (mass > 0 && !bar->torn[mass - 1] && (bar->torn[mass] || vec3_dot(along, off) < 0.0f));
+    const bool behind = mass == MASSES - 1
+                     || (mass > 0 && !bar->torn[mass - 1] && (bar->torn[mass] || vec3_dot(along, off) < 0.0f));
     return behind ? mass - 1 : mass;
 }
 
@@ -281,7 +282,7 @@ static bool is_drawn(const struct run *run)
 /* Runs until some frames after the bar has torn. */
 static springls_status run_frames(struct run *run)
 {
-    enum { MOST = 2000 };
+    enum { MAX_FRAMES = 2000 };
     struct bar *bar = &run->bar;
     struct progress progress;
     springls_status status = springls_set_implicit(run->ctx, bar_shape, bar);
@@ -290,7 +291,8 @@ static springls_status run_frames(struct run *run)
     run->springls_at_start = springls_count(run->ctx);
     run->solver_start = bar_volume(bar);
     progress_begin(&progress, "drawing out", (size_t)run->frames, !cli_may_print(&run->common));
-    while (status == SPRINGLS_OK && bar->frame < MOST && (bar->tear_frame == NEVER || bar->frame < bar->tear_frame + run->frames)) {
+    while (status == SPRINGLS_OK && bar->frame < MAX_FRAMES
+           && (bar->tear_frame == NEVER || bar->frame < bar->tear_frame + run->frames)) {
         if (is_drawn(run) && !take_picture(run)) {
             status = SPRINGLS_OUT_OF_MEMORY;
             break;
@@ -348,7 +350,8 @@ static bool write_pictures(const struct run *run)
                                     .by_correspondence = true};
     char path[512];
     return !run->common.out
-        || model_film_write(run->pictures, run->pictures_taken, &view, run_path(run->common.out, "soft_body.png", path, sizeof path));
+        || model_film_write(run->pictures, run->pictures_taken, &view,
+                            run_path(run->common.out, "soft_body.png", path, sizeof path));
 }
 
 /* Makes the model and the bar in the middle of it, half as long as the grid. */

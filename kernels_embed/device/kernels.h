@@ -14,6 +14,7 @@
 #include "../stages/fill_from_springls.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
+#include "../stages/overlap.h"
 #include "../stages/project_brick.h"
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
@@ -55,13 +56,14 @@
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
-      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)     \
-          | SPRINGLS__BIT(ERROR))                                                                                                \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
+          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
     X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
     X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \

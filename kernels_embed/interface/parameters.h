@@ -19,6 +19,9 @@ typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSI
 /* Names what the level set may do: change its topology, or keep it (section 4.5). */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
 
+/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */
+typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -38,16 +41,16 @@ typedef struct springls_params {
     int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
-    int relax_iterations;
+    int relax_iterations;    /* 0: relax does nothing                                                              */
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
     float sharpness;         /* lambda_c of H(lambda_c x)                                                          */
-    float kappa_int;         /* internal spring constant (eq. 4)                                                   */
+    float kappa_int;         /* internal spring constant (eq. 4); no effect with cover                             */
     float kappa_ext;         /* external spring constant (eq. 5)                                                   */
     float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
     float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
-    int cover;               /* 1: a triangle becomes equilateral, as large as its share of the surface; 0: springs decide */
+    int cover;               /* 1: triangles cover the surface (manual, COVERAGE); 0: springs decide, as in the paper */
     int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
@@ -71,14 +74,15 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
-    float min_component;     /* voxel^3: smaller components of phi, and bubbles, are joined or go; 0: nothing goes */
+    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */
     springls_topology topology;
+    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */
 
     /* track: section 4.7 */
     float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
@@ -93,7 +97,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
-    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of

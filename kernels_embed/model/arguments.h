@@ -11,7 +11,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* write: the number of the first springl, and which of its parts the caller gives. */
+/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */

@@ -34,7 +34,9 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
 }
 
 /* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct springls__fit_equation { float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight; } springls__fit_equation;
+typedef struct springls__fit_equation {
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} springls__fit_equation;
 
 SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,
                                                                  springls__v3 normal, springls__v3 a)
@@ -98,7 +100,7 @@ SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, fl
     return terms > 0;
 }
 
-/* Solves for one right-hand side, which x holds and is replaced. */
+/* Solves for one right-hand side, and replaces it in x by the solution. */
 SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
@@ -114,7 +116,7 @@ SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, floa
     }
 }
 
-/* The first `terms` coefficients of the height and of the three coordinates of a. */
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
 typedef struct springls__fit_solution {
     float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
     int terms; /* 0: there are none */
@@ -149,7 +151,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Returns how many terms the neighbors suffice for: a quadratic's with ten or more, a plane's with four or more. */
+/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
 SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }
 
 /* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;

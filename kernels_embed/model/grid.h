@@ -126,7 +126,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between
    voxels. */
 SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {

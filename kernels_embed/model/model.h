@@ -22,9 +22,11 @@
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
-    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept as it is: only advect moves it                               */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
+    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
@@ -186,9 +188,9 @@ typedef struct springls__model {
     }
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
-#define SPRINGLS__LARGEST_SPECK 64 /* voxels: no part of more is looked for */
-#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
+#define SPRINGLS__LARGEST_SPECK 64 /* voxels of a part of phi: larger ones are not looked for          */
+#define SPRINGLS__MAX_NEIGHBORS 8  /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24  /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -248,16 +250,31 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = 0u;
+    record->component = record->cavity = record->body = 0u;
+    record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
 }
 
-/* Gives springl i the components of springl `from`, beside which it is new. */
+/* Gives springl i the components and the body of springl `from`, beside which it is new. */
 SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
+    model->set.body[i] = model->set.body[from];
+}
+
+/* Returns true when two springls are of bodies that stay two. */
+SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+{
+    uint32_t a = model->set.body[i], b = model->set.body[other];
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
+}
+
+/* Returns true when springl i lies in another body: it is no part of the surface that phi has. */
+SPRINGLS__MATHS bool springls__is_overlapped(const springls__model *model, int i)
+{
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && model->set.overlapped[i];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */

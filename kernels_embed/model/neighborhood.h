@@ -47,9 +47,9 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
+   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
+                                                             springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -57,6 +57,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -73,9 +74,36 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__spans_sheet(gaps) != 0;
+}
+
+/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
+   edge several are as near, and x is behind only when it is behind all of them. of: a springl, only those of other bodies count;
+   -1: all do. */
+SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
+{
+    const float same = 1e-4f;
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, side = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float within = radius + s->bounding_radius, d2;
+        springls__tri_plan plan;
+        int here;
+        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 > best + same) continue;
+        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f ? -1 : 1;
+        side = d2 < best - same || side == 0 ? here : side < 0 ? here : side;
+        best = springls__min(best, d2);
+    }
+    return side;
 }
 
 #endif

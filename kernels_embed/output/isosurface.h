@@ -251,7 +251,8 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
-    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    springls__v3 n = springls__springl_normal(model->set.s[springl]);
+    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
     return fit.ok ? fit.a : a;
 }
 

@@ -29,8 +29,9 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares
-   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */
+/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
+   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
+   16/120 of the first term. */
 SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     const float half_time = 0.1f, all = 0.04f;
@@ -87,14 +88,14 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */
 #define SPRINGLS__CURVATURE_SPAN 1.5f
 
-/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
-   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
-   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
-   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's
+   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
+   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
+   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
+   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
 SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
     const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
@@ -168,7 +169,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers {
     springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */
+    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
@@ -228,7 +229,7 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
 SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
                                                     springls__springl s, springls__movers d)
 {

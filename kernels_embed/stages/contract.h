@@ -140,6 +140,16 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
+/* Returns true when what lies over a springl is another body: each of the two keeps its surface. */
+SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int i)
+{
+    const float ahead = 0.75f, radius = 1.6f; /* voxels */
+    springls__springl s = model->set.s[i];
+    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return false;
+    if (model->set.overlapped[i]) return true;
+    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -151,7 +161,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
     if (model->set.mask[i]) return;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -170,8 +181,9 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed;
-   one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is
+   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that
+   only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -186,6 +198,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
+        if (springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }

@@ -3,11 +3,12 @@
 #ifndef SPRINGLS__KERNEL_STAGES_COVER_H
 #define SPRINGLS__KERNEL_STAGES_COVER_H
 
+#include "../language/simd.h"
 #include "../model/model.h"
 #include "contract.h"
 
-/* Directions about a springl in which its share is measured, 30 degrees apart. */
-#define SPRINGLS__SHARE_DIRECTIONS 12
+/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
+#define SPRINGLS__SHARE_DIRECTIONS 6
 
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
@@ -26,36 +27,68 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
+SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
    Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
 SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
 {
-    const float opposite = -0.3f, widest = 0.75f; /* cosine; voxel */
-    const float cosine[SPRINGLS__SHARE_DIRECTIONS] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f,
-                                                       -1.0f, -0.866025404f, -0.5f, 0.0f, 0.5f, 0.866025404f };
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float inverse[SPRINGLS__SHARE_DIRECTIONS], cell[SPRINGLS__SHARE_DIRECTIONS];
+    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
+    springls__cell_sides sides;
     springls__share share;
     int k, j;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) inverse[j] = 1.0f / widest;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        springls__springl o = model->set.s[codes[k] >= 0 ? codes[k] / 3 : i];
-        springls__v3 d = springls__sub(o.p, p);
-        float x, y, near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        if (codes[k] < 0 || springls__dot(springls__springl_normal(o), n) <= opposite) continue;
-        x = springls__dot(d, u) * near2;
-        y = springls__dot(d, v) * near2;
-        for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++)
-            inverse[j] = springls__max(inverse[j], x * cosine[j] + y * cosine[(j + 9) % SPRINGLS__SHARE_DIRECTIONS]);
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, near2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
+        d = springls__sub(o->p, p);
+        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
+        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
+    }
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
+        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
     }
     share.area = 0.0f;
     for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        cell[j] = 0.261799388f / (inverse[j] * inverse[j]); /* of a sector of 30 degrees: pi/12 radius^2 */
-        share.area += cell[j];
+        share.area += ahead[j] + behind[j];
+        odd[j] = ahead[j] - behind[j];
     }
-    share.cosine = cell[0] - cell[2] + cell[4] - cell[6] + cell[8] - cell[10];
-    share.sine = cell[1] - cell[3] + cell[5] - cell[7] + cell[9] - cell[11];
+    share.cosine = odd[0] - odd[2] + odd[4];
+    share.sine = odd[1] - odd[3] + odd[5];
     return share;
 }
 

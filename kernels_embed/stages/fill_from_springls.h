@@ -26,7 +26,7 @@ SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springl
     return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, springls__v3 x, springls__v3 n)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -34,13 +34,15 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
 }
 
-/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span, those of
+   the body of springl `of`. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int of, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
@@ -49,6 +51,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        if (springls__of_two_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -63,18 +66,18 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    if (!springls__has_room(model, i, x, n)) return seed;
+    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
@@ -104,7 +107,8 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
+            || springls__of_two_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -139,6 +143,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     model->set.parent[n] = model->set.id[i];
     model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
 }
 
 #endif

@@ -106,7 +106,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
             s.p = fit.point;

@@ -9,7 +9,9 @@
 #include "keep_edges.h"
 #include "project.h"
 
-/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
+
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
    side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -22,6 +24,9 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
+    if (!springls__is_overlapped(model, (int)n)) return;
+    o->p.x = SPRINGLS__FAR_AWAY;
+    o->edge = 0;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)

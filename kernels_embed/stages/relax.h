@@ -67,7 +67,8 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (model->set.mask[i] || !certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }
 

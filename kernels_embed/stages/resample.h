@@ -53,7 +53,7 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
     for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
     child.s.p = fit.point;
@@ -70,7 +70,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not of the mask. */
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
@@ -119,6 +119,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;

@@ -6,6 +6,7 @@
 #include "../model/cell_list.h"
 #include "../model/grid.h"
 #include "../model/model.h"
+#include "../model/neighborhood.h"
 
 /* ---- parts ---- */
 
@@ -97,30 +98,6 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns true when x lies behind the springls nearest to it, all of them where several are as near: at an edge. */
-SPRINGLS__MATHS bool springls__behind_springls(const springls__model *model, springls__v3 x)
-{
-    const float radius = 1.6f, same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    bool behind = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float within = radius + s->bounding_radius, d2;
-        springls__tri_plan plan;
-        bool here;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 > best + same) continue;
-        here = springls__dot(springls__sub(x, s->q[0]), springls__springl_normal(*s)) < 0.0f;
-        behind = d2 < best - same ? here : (behind || best == radius * radius) && here;
-        best = springls__min(best, d2);
-    }
-    return behind;
-}
-
 /* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
    voxel of the square is. */
 SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
@@ -146,6 +123,7 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
 SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
+    const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
@@ -159,8 +137,8 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
     springls__step_to(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
-    if (springls__behind_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
-                                                           0.5f * (float)(from[2] + to[2]))))
+    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
+                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
         *best = joint;
 }
 

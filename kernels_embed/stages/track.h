@@ -36,8 +36,8 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
-   one, -1 when there is none. */
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. *nearest_springl: the
+   nearest one's number, -1 when there is none. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
                                                                    int *nearest_springl)
 {
@@ -56,6 +56,11 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
+            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+                if (d2 >= best) continue;
+                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
+                count = 0;
+            }
             sum = springls__add(sum, model->set.a[other]);
             count++;
             if (d2 < best) {
@@ -71,8 +76,9 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     return s.p;
 }
 
-/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
+   those of one side. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -86,6 +92,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__of_two_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));

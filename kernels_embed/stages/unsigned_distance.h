@@ -46,7 +46,8 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
         for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
         float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
@@ -55,6 +56,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))

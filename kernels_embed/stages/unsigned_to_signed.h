@@ -191,11 +191,13 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        int n = (int)model->cells.brick_list_ids[k];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        if (springls__is_overlapped(model, n)) continue;
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;

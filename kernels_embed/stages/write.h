@@ -1,10 +1,10 @@
-/* write.h - springls that the caller moves. */
+/* write.h - puts springls where the caller has moved them. */
 #ifndef SPRINGLS__KERNEL_STAGES_WRITE_H
 #define SPRINGLS__KERNEL_STAGES_WRITE_H
 
 #include "../model/model.h"
 
-/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */
 SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
 {
     springls__tri_hit before = springls__tri_closest(from, p);
@@ -12,8 +12,8 @@ SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, spri
     return springls__add(after.point, springls__sub(p, before.point));
 }
 
-/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
-   particle that is not given stays where it is in its triangle. */
+/* Puts springl args.write.first + i where the caller has it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given is carried by its triangle. */
 SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
 {
     int n = args.write.first + i, m;

@@ -164,8 +164,11 @@ SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const 
     }
 }
 
-/* Returns 1 for three corners in ascending order, turned round cyclically or not, and -1 for the reverse. */
-SPRINGLS__FN int springls__mesh_corner_order(const int c[3]) { return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1; }
+/* Returns 1 when three corners ascend cyclically, as (1, 2, 3), (2, 3, 1) and (3, 1, 2) do; else -1. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3])
+{
+    return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1;
+}
 
 /* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
 SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
@@ -183,8 +186,8 @@ SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
     return m->table[slot];
 }
 
-/* Leaves one of the listed triangles that lie on each other corner by corner: the first that faces as most do; of as many either
-   way one each, a sheet with two sides. So no place is more crowded than the surface makes it. Overwrites m->edge and m->queue. */
+/* Keeps one of the listed triangles that have the same corners: the first that faces as most of them do. Where as many face
+   either way, keeps one of each: a sheet with two sides. Overwrites m->edge and m->queue. */
 SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
 {
     enum { FORWARD = 1, BACKWARD = 2 };
@@ -199,9 +202,9 @@ SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
     for (t = 0; t < m->count; t++)
         if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
     for (t = 0; t < m->count; t++) {
-        int one = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
-        if (!(facing[m->queue[t]] & one)) continue;
-        facing[m->queue[t]] &= ~one;
+        int side = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & side)) continue;
+        facing[m->queue[t]] &= ~side;
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n++] = m->triangle[t];
     }
@@ -396,7 +399,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Returns the corners of a listed triangle, turned as m->turn has it. */
+/* Writes the corners of a listed triangle, turned as m->turn has it. */
 SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
     int k;
@@ -404,7 +407,7 @@ SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, 
 }
 
 /* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
-SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+SPRINGLS__FN springls_status springls__mesh_make_original(springls_context *ctx, springls__mesh_intake *m)
 {
     const uint8_t mirrored = springls__is_mirrored(ctx);
     int t;
@@ -417,8 +420,8 @@ SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, spri
     return springls__surface_make_dipoles(ctx, &ctx->original);
 }
 
-/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
-   is one half, and between two sheets that lie on each other it is 0. */
+/* Returns whether some place is inside: only places right behind triangles have to be tried. Behind a flat patch the winding
+   number is one half, and between two sheets that lie on each other it is 0. */
 SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
 {
     const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
@@ -472,7 +475,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original))
         return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));

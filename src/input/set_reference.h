@@ -1,4 +1,4 @@
-/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+/* set_reference.h - replaces the original surface: by the present model, or by a mesh. */
 #ifndef SPRINGLS__INPUT_SET_REFERENCE_H
 #define SPRINGLS__INPUT_SET_REFERENCE_H
 
@@ -23,15 +23,8 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Counts the bytes that a surface holds. */
-SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
-{
-    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
-           + surface->source_memory.bytes;
-}
-
-/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
-   model's surface in exchange. */
+/* Takes the original surface and phi_ref of another model, and gives it this model's surface for them to be freed together. Both
+   models have the same grid and allocator. */
 SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
 {
     const springls__grid *from = &other->model.reference;

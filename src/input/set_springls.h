@@ -1,4 +1,4 @@
-/* set_springls.h - models from springls themselves, and which of them relax. */
+/* set_springls.h - models from springls themselves, and which of their springls are kept. */
 #ifndef SPRINGLS__INPUT_SET_SPRINGLS_H
 #define SPRINGLS__INPUT_SET_SPRINGLS_H
 

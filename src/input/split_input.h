@@ -1,6 +1,6 @@
 /* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
-   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
-   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+   the middle of the longest edge, until no edge is too long. Whether and where an edge is divided depends on its two ends alone,
+   so triangles are divided alike on both sides of it, and no gap can open between them when they move. */
 #ifndef SPRINGLS__INPUT_SPLIT_INPUT_H
 #define SPRINGLS__INPUT_SPLIT_INPUT_H
 
@@ -8,7 +8,7 @@
 
 enum { SPRINGLS__SPLIT_STACK = 256 };
 
-/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+/* Holds a part of an input triangle, in double precision: a part near the grid may be of a triangle with far corners. */
 typedef struct springls__split_part { double q[3][3]; } springls__split_part;
 
 /* Holds what parts are divided by. room: how many more springls there may be. */

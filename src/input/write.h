@@ -1,4 +1,4 @@
-/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+/* write.h - puts springls where the caller has moved them: phi follows in the next step, as after advect. */
 #ifndef SPRINGLS__INPUT_WRITE_H
 #define SPRINGLS__INPUT_WRITE_H
 
@@ -11,23 +11,23 @@
 #include "../model/transform.h"
 
 /* Sends one of the caller's arrays to the device. NULL: nothing. */
-SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
-                                                         size_t points)
+SPRINGLS__FN springls_status springls__upload_written(springls_context *ctx, springls__array array, const float *data,
+                                                      size_t points)
 {
     return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
 }
 
-/* Writes springls on the device: what goes there is the range alone. */
+/* Writes springls on the device, which is sent the range alone. */
 SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
                                                        const float *vertices, const float *particles)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
-    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
     return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
 }
 
-/* Writes a range of springls. A part that is NULL follows the other. */
+/* Writes a range of springls. The array that is NULL follows the other one. */
 SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
                                              const float *particles)
 {
@@ -47,7 +47,7 @@ SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, i
     return SPRINGLS_OK;
 }
 
-/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+/* Fails when a point of the caller's is not finite, or far outside. first: the first springl's number; each: points a springl. */
 SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
 {
     size_t i, n = points ? (size_t)count * (size_t)each : 0;

@@ -202,8 +202,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
-   that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_keep_mask and springls_write change the model that
+   is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -273,8 +273,8 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
-   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The original surface is that of the springls; where the correspondences lie on another one, set
+   that by springls_set_reference_mesh. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
@@ -295,9 +295,9 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
    as in views, 9 floats of vertices and 3 of the particle a springl.
    - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
-   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
-     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
-     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+   - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
+     up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
@@ -309,7 +309,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
                                             const float *particles);
 
 /* Sets which springls are kept (section 4.8): one byte a springl; NULL: none. Where it is not 0 a springl is neither relaxed,
-   reshaped, turned, merged, removed nor split: in a step only advect moves it, and volume_lock. Of two close springls the one
+   reshaped, turned, merged, removed nor split: in a step only advect and volume_lock move it. Of two close springls the one
    that is not kept is merged away. New springls beside kept ones are not kept. An input, springls_combine and springls_offset
    still replace or remove kept springls. */
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
@@ -330,7 +330,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 
 /* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
    params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
-   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+   pressure or an affine map at the particles only. In a Runge-Kutta stage each springl comes once for each of these. */
 typedef struct springls_batch {
     int count;                    /* of points, one a springl                                                       */
     int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
@@ -542,8 +542,8 @@ typedef struct springls_component {
     float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
 } springls_component;
 
-/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
-   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+/* Lists the components by ascending ids, as they are after the last step. When the model has been set or changed since, they are
+   found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
    list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
@@ -551,14 +551,14 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
    springl they are born beside, until components are found at the end of the step. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
-/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
-   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
-   springls_components. NON_FINITE: a point is. */
+/* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
+   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to. Conditions as
+   for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
 
 /* Names what happens to components. */
 typedef enum springls_event_kind {
-    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
     SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
@@ -575,9 +575,9 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
-   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
-   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+/* Lists what has happened since the last step began, in order of time. What springls_combine, _offset, _remesh or a stage call
+   does is listed too: it is found by this call, or when the next step begins. Conditions and ownership as for
+   springls_components. Parts of a few voxels are included: their volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
@@ -766,11 +766,13 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Estimates errors, voxels. At least 95 % of the springls are nearer than that, on most motions of the benchmarks; the estimate is
-   a few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from
-   where the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills,
-   and of integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
-typedef struct springls_error_estimate { float place, correspondence; } springls_error_estimate;
+/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS
+   OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
+   SPRINGLS_INTEGRATOR_EULER. */
+typedef struct springls_error_estimate {
+    float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
+    float correspondence; /* voxels, on the original surface: from it to where the particle has come from            */
+} springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
@@ -832,6 +834,8 @@ typedef enum springls_operation {
      rest.
    - The original surface becomes both originals together: triangles of the other are numbered from this model's
      springls_material_triangle_count on, as it was before the call.
+   - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
+     the other operations bodies are found anew.
    - The other model stays as it is; a step in progress there is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */
@@ -853,7 +857,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
+   EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -895,7 +900,7 @@ typedef struct springls_stats {
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
 /* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the zero level's. */
+   coverage: the springls' area over the zero level's; 0 where there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];

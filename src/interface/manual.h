@@ -91,6 +91,7 @@
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
      relax              -       Mth       its last part: triangles cover the surface again
      volume_lock        -       -         with params.volume_lock = 1: every step
+     components         -       -         with params.components = 1: every step in which volume_lock does not run
 
    SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
    topology.
@@ -107,11 +108,12 @@
      resample             every   every
      relax                -       every     its last part: triangles cover the surface again
      volume_lock          -       -
+     components           -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
-   and volume_lock may also be called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
+   volume_lock and components may also be called alone, in any order.
 
    These switches of the default set change what stages do:
 
@@ -137,11 +139,9 @@
                               relax                springls that face each other across a gap do not pull each other
      nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it, and outside
                                                    between the sides of a gap; filaments and drops of that size may vanish
-     min_component = 1        project              a part of the inside with less volume than this (voxel^3), such as
-                              springls_set_mesh    a limb leaves that runs between voxels, is joined to the rest where the
-                                                   springls show that the limb goes on, and else it goes, as bubbles do. Parts
-                                                   of up to 64 voxels are joined, whatever their volume. Not with topology
-                                                   PRESERVED
+     min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
+                              springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
+                                                   have less volume than this, voxel^3. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -167,7 +167,7 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5
+                relax_iterations     iterations of Algorithm 1; 0: relax does nothing    1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -201,8 +201,9 @@
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
-                min_component        smaller components and bubbles are joined or go     1         0         voxel^3
+                min_component        smaller bodies and bubbles are joined or removed    1         0         voxel^3
                 topology             FREE, PRESERVED                                     FREE      FREE
+                contact              MERGE, SEPARATE: see CONTACT                        MERGE     MERGE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
@@ -210,7 +211,7 @@
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
                 components           1: see EVENTS                                       0         0
-                split_input          1: large triangles of a mesh become several springls 1         0
+                split_input          1: large triangles of a mesh are divided            1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -219,18 +220,18 @@
 
    CURVATURE
 
-   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   Curvature is div(n), 1/voxel: the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
    numbers smooth by it:
 
-     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
-     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
-                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
-                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
-                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
-                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
-                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+     springls_forces.curvature_weight  a force, voxel^2 a unit of time, with either set. A ball of radius R has the radius
+                                       sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
+       carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
+                                       max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
+       carry_level_set = 0             Only phi moves, by as much in each iteration of eq. 23 where no springl is near. Near
+                                       springls it comes to rest at the distance lambda times the curvature from them
 
-   Steps are stable up to about one voxel^2 of weight times dt.
+   Steps are stable while weight times dt is below about one voxel^2.
 
 
    COVERAGE
@@ -238,14 +239,14 @@
    With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they do, its arms are 0.45 voxel long:
-   longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
+   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
    cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
-   and 15 % of two. Equal triangles about particles that lie anyhow leave gaps: for a closed surface take
+   and 15 % of two. Equilateral triangles about scattered particles leave gaps: for a closed surface take
    springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
 
 
@@ -305,17 +306,34 @@
    attributes as they keep springls.
 
 
+   CONTACT
+
+   With contact = MERGE bodies that touch become one, as in every level set; what lies in both is gone. With contact = SEPARATE
+   each body keeps its surface, for fingers that touch, folds, and bodies that are pressed together and come apart:
+
+     - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
+       springls_combine adds those of the other model. New springls are of the body that they come from.
+     - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, but have no
+       part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
+     - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
+       can distinguish bodies by springl (springls_batch) or by correspondence.
+     - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
+
+   A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
+
+
    EVENTS
 
-   With components = 1 (or volume_lock = 1) the model knows its components: bodies, each of what is connected inside the zero
-   level, and cavities, each of what is connected outside and enclosed by a body. springls_components lists them with volume,
-   area and centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
+   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
+   level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
+   centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. From the largest component on, each passes its id to its largest part that has none yet; other parts get new
-       ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest part.
-     - Springls link components: two are linked when at least a tenth of the springls of one, and three or more than half, are
-       in the other. A component without springls of another one is born; one that leaves none behind has died.
+     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
+       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
+       part.
+     - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
+       three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. The model has the same bits with and without it. Snapshots hold components and events.
@@ -324,17 +342,18 @@
 
    ERRORS OF PLACE
 
-   springls_springl_errors estimates for each springl how far its particle is from where the motion takes its correspondence, and
-   its correspondence from where the particle has come from; springls_mesh_errors the same for vertices. A springl gets its error
-   when it is split off or filled in: the standard error of a quadratic fit there, the distance from the fit, and the errors of
-   the springls that it was made from. Original springls have only the errors of integration and rounding, which every step adds,
-   from the slopes of the Runge-Kutta method.
+   springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
+   correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
+   for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
+   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
 
-   The estimates are larger than the error for 95 % of springls or more on LeVeque's flow and on most of `make motions`, which
-   lists the shares, and the median of estimate over error: 3 to 20, more where motion runs backwards and errors of integration
-   cancel. It is lower where steps are about as long as the field is wide, as when bodies meet and are torn apart again: a smaller
-   max_displacement helps. A springl with too few neighbors for a fit counts as 6 voxels off; beside a tear it may be off by more.
-   With the paper's parameters splits copy correspondences, and estimates are of about half a voxel.
+   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
+   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
+   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
+   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   half a voxel.
 
 
    VOLUME LOCK
@@ -380,16 +399,17 @@
    phase ends with:
 
      advect               over batches of the forces
-     relax                over springls: finding neighbours; every iteration
+     relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
      contract             over springls: choosing; every round of merging
-     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     project              over bricks: the projection; the search for parts to join; removal of parts; every sweep that
+                          re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
@@ -409,8 +429,8 @@
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
-   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
-   own. Force callbacks must be deterministic too.
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
+   Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
 
    LIMITS

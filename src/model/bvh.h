@@ -34,6 +34,13 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes;
+}
+
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {

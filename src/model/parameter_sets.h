@@ -52,6 +52,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.keep_edges = 0;
     p.min_component = 0.0f;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
+    p.contact = SPRINGLS_CONTACT_MERGE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
@@ -146,6 +147,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(min_component, 0.0f, 16.0f);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
+    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
     SPRINGLS__IN(track_step, 0.0f, 1.0f);

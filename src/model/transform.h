@@ -7,7 +7,7 @@
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
 SPRINGLS__FN bool springls__valid_point(const float *x)
 {
     const float furthest = 1e6f; /* voxels */

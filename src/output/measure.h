@@ -12,7 +12,7 @@
 #include "../solver/step.h"
 #include "isosurface.h"
 
-/* Returns the area of all springls, world units. */
+/* Sums the areas of all springls, world units. */
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
     double sum = 0.0;

@@ -212,12 +212,12 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+/* Does the same by the quadratic fit; the cell list must be fresh. guess: a triangle of the original surface, or -1. */
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
                                                                 int guess)
 {
     springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
     return springls__material_at(ctx, springl, x);
@@ -252,7 +252,7 @@ SPRINGLS__FN void springls__hit_none(springls_hit *out)
     out->springl = out->material_triangle = -1;
 }
 
-/* Sets the place on the original surface. */
+/* Adds to a hit its place on the original surface, where there is one. */
 SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
 {
     if (material->triangle < 0) return;
@@ -309,7 +309,7 @@ SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 
 /* ---- on the zero level ---- */
 
-/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+/* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
 SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
     float radius;
@@ -321,7 +321,7 @@ SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springl
     return nearest;
 }
 
-/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+/* Returns the gradient of phi, or the normal of the triangle where the two do not agree, as in a thin sheet; of any length. */
 SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
 {
     springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
@@ -408,8 +408,8 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
-                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
-                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
+                                           | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
     *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
     if (!*cells) {
         SPRINGLS__TRY(springls__use_host(ctx, false));

@@ -46,7 +46,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id;
+    uint32_t next_id, step, last_component_id, last_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -195,6 +195,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
+    s->last_body = ctx->last_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -398,7 +399,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
+    if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -668,6 +670,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
+    ctx->last_body = s->last_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);

@@ -1,5 +1,5 @@
-/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
-   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
+   those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
    between two of them. */
 #ifndef SPRINGLS__OUTPUT_ZERO_LEVEL_H
 #define SPRINGLS__OUTPUT_ZERO_LEVEL_H
@@ -25,8 +25,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 
 /* ---- rays ---- */
 
-/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that each slab has a few cubes. */
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that it meets few cubes of a slab. */
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
@@ -34,8 +34,8 @@ typedef struct springls__level_ray {
     springls__level_hit best;
 } springls__level_ray;
 
-/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
-   more than all rounding errors. */
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, with a margin for
+   rounding errors. */
 SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
 {
     const springls__ray_frame *f = &ray->frame;
@@ -45,7 +45,7 @@ SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int a
     span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
 }
 
-/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+/* Returns whether the ray meets an active brick between two planes of its main axis. */
 SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
 {
     const int kx = ray->frame.kx, ky = ray->frame.ky;
@@ -160,15 +160,16 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
    boxes of voxels are lower bounds of them. */
 typedef struct springls__level_search {
     const springls_context *ctx;
-    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    float weight[3];            /* least length in model units of a voxel along each axis                       */
     springls__v3 x;             /* the place, model coordinates                                                 */
-    float at[3];                /* and in voxels                                                                */
-    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float at[3];                /* the place, voxels                                                            */
+    float slack, limit2;        /* slack: exceeds rounding errors; limit2: nothing better has a larger distance */
     float d2;
     int brick, order;           /* of the best: the lowest among equals                                         */
     springls__level_hit best;
 } springls__level_search;
 
+/* Begins searches, whose places may follow each other; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
     const double *m = ctx->to_world, *inverse = ctx->to_voxel;
@@ -406,8 +407,8 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What
-   the search still holds of the one before saves time and cannot change the result. */
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. The
+   last result bounds the distance of the next one: that saves time and cannot change it. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
@@ -429,7 +430,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     search->best.found = false;
     phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
     near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
-    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: a short search may be enough */
         search->limit2 = near * near;
         springls__level_try_rings(search, center);
         if (search->best.found && search->d2 <= near * near) return search->best;

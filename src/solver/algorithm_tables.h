@@ -5,6 +5,7 @@
 #include "../runtime/errors.h"
 #include "../model/constellation.h"
 #include "../stages/advect.h"
+#include "../stages/bodies.h"
 #include "../stages/contract.h"
 #include "../stages/evolve.h"
 #include "../stages/fill_gaps.h"
@@ -31,14 +32,14 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
     return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-/* Returns true when components have ids, but no volumes to keep. */
-SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+/* Returns true when components are followed without keeping their volumes. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
-/* Returns true when the model has changed since its components were found, or they have not been found yet. */
-SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+/* Returns true when components are to be found before the step: they never were, or the model has changed since. */
+SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
@@ -63,10 +64,10 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
-/* Returns true when springls have come or gone in this step, which changes what is the share of each. */
+/* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one
+    return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
@@ -111,8 +112,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
-/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
-   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+/* Returns the motion by eq. 22's curvature term in a sub-step, voxel^2, for springls that carry phi: as in one iteration of
+   eq. 23, but by at most half of max_displacement (0: no limit). Where they do not, evolve moves phi instead, and it is 0. */
 SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
 {
     float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
@@ -233,8 +234,9 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__update_components)
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -251,7 +253,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__update_components),     \
+    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__update_components), \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };

@@ -117,15 +117,14 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
         }
 }
 
-/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
 SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
 {
     batch->points = &x[m * batch->count].x;
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
-   springls of the block. */
+/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
                                    springls__v3 *slope)
 {

@@ -67,12 +67,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
-   on it. Distances inside a convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those close
+   to it on the other. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; on the other side distances are exact so far */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);

@@ -10,6 +10,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
+#include "bodies.h"
 #include "evolve.h"
 #include "rebuild.h"
 
@@ -39,8 +40,8 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, from the flags of may_join. In a further round parts that have joined each
-   other may join the rest. */
+/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
+   the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -52,7 +53,7 @@ SPRINGLS__FN void springls__join_parts(springls_context *ctx)
     }
 }
 
-/* Joins what the grid has parted, and removes specks, in a level set that has just been made. */
+/* Joins the parts of limbs and removes small parts, in a level set that has just been made. */
 SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 {
     if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
@@ -85,6 +86,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
         args.project.carry = carry;
         args.project.max_displacement = *displacement;

@@ -30,7 +30,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || (params->relax_iterations == 0 && !params->cover)) return SPRINGLS_OK;
+        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);

@@ -6,6 +6,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "bodies.h"
 
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -38,6 +39,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     args.omega_forget.all = !ctx->omega_fresh;
+    if (!ctx->omega_fresh) SPRINGLS__TRY(springls__find_overlap(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {

@@ -14,6 +14,7 @@
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
+#include "../stages/bodies.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/inherit.h"
 #include "../stages/keep_edges.h"
@@ -44,15 +45,16 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     return rule;
 }
 
+/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
 enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
 
-#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
-#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
-   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
-   faces as it does may bound the result. */
+   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
+   but beyond its edge, may bound the result. */
 SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
 {
     springls__v3 m = springls__tri_normal(t);
@@ -64,22 +66,22 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
-   edges, and to its level set where there are none. */
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+   Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
-    int i, one, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
-        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
         least = d2;
-        facing = one;
+        facing = to_triangle;
     }
     if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
     cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
@@ -129,8 +131,8 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
-   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
+   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
 SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
                                             float a, float b, const int at[3])
 {
@@ -296,6 +298,13 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
     }
 }
 
+/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
+SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+{
+    uint32_t body = other->model.set.body[j];
+    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+}
+
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
 SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                                const springls__side_rule *rule, bool turn)
@@ -307,6 +316,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
+    record.body = springls__body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -336,6 +346,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
+    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -377,6 +389,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
+    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));

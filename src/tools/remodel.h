@@ -180,9 +180,9 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
-   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
-   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+/* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
+   steps may be longer. It is limited by the smallest radius of curvature, and by the band where phi is a distance. Radii so small
+   that they should have vanished by now are errors of single springls, and do not shorten steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
@@ -191,10 +191,10 @@ SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elaps
     return springls__max(span, SPRINGLS__CURVATURE_SPAN);
 }
 
-/* Of springls__smooth: when the area was measured last. */
+/* The area when it was last measured, and that time, voxel^2. */
 typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
 
-/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+/* Finds whether the area has become steady, as that of balls is. Measures it only when 1.5 times the time has passed. */
 SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
                                                       bool *at_rest)
 {
@@ -208,14 +208,14 @@ SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
-   only until the model is at rest. */
+/* Runs motion by curvature for a time, voxel^2, in steps as long as their spans permit. With volumes that are kept it ends early
+   when the model is at rest. */
 SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
 {
     springls_forces forces;
     springls_step_desc step;
     springls__smooth_rest rest = { DBL_MAX, 4.0f };
-    float left = duration, curvature;
+    float left = duration, curvature = 0.0f;
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
@@ -226,7 +226,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
-        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);
         SPRINGLS__TRY(springls_step(ctx, &step));
         left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
@@ -234,7 +234,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
         if (springls__cancelled(ctx, 1.0f - left / duration))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
@@ -268,8 +268,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
-   surface that they sample, and what a projection would average away is not theirs to change. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. Keeps phi, which is
+   the surface that the springls sample: a projection would round it off. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;

@@ -214,6 +214,7 @@ FIXTURE void life_make(life *l, int which)
     case LIFE_PRESERVED: /* two balls that want to merge */
         l->forces = fixture_forces(history_inwards, NULL);
         l->params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        l->params.contact = SPRINGLS_CONTACT_SEPARATE;
         l->step.dt = 1.0f;
         break;
     case LIFE_BOX:
@@ -235,6 +236,7 @@ FIXTURE void life_make(life *l, int which)
         break;
     case LIFE_LABELS:
         l->forces = fixture_forces(history_inwards, NULL);
+        l->params.contact = SPRINGLS_CONTACT_SEPARATE;
         l->step.dt = 1.0f;
         l->step.max_displacement = 0.3f;
         l->steps = 3;

@@ -406,6 +406,7 @@ TEST ids_ascend_while_springls_come_and_go(void)
     memset(&step, 0, sizeof step);
     springls_params params = springls_get_params(ctx);
     params.split_edge = 1.4f; /* the usual set fills where the surface grows; here some are to be split as well */
+    params.cover = 0;
     ASSERT_EQ(SPRINGLS_OK, springls_set_params(ctx, &params));
     forces.pressure = outward;
     step.forces = &forces;

@@ -110,6 +110,103 @@ TEST bodies_part(body_shape shape, double gap)
     PASS();
 }
 
+/* Moves springls with the body that they are of by their correspondences, wherever that is. */
+static void meeting_map(void *user, const float *x, const float *a, int count, float time, float *map)
+{
+    const meeting *m = (const meeting *)user;
+    int i;
+    (void)x;
+    (void)time;
+    memset(map, 0, 12 * (size_t)count * sizeof *map);
+    for (i = 0; i < count; i++) map[12 * i + 3] = (float)((double)a[3 * i] > m->center ? m->speed : -m->speed);
+}
+
+/* Replaces a context by another one that its snapshot is restored to. */
+static springls_status pass_on(springls_context **ctx)
+{
+    springls_context *next = fixture_context(48, NULL);
+    size_t size = 0;
+    void *bytes;
+    springls_status status = springls_snapshot(*ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size);
+    if (status != SPRINGLS_OK) return status;
+    bytes = malloc(size);
+    status = springls_snapshot(*ctx, SPRINGLS_SNAPSHOT_KIND_ALL, bytes, size, &size);
+    if (status == SPRINGLS_OK) status = springls_restore(next, bytes, size);
+    free(bytes);
+    springls_destroy(*ctx);
+    *ctx = next;
+    return status;
+}
+
+/* Pushed into each other and drawn apart, balls are two again with all their springls where they were; bodies that merge are one
+   in between and have lost what lay inside. */
+TEST balls_pass(springls_contact contact, springls_mode mode)
+{
+    meeting flow = { BALLS, 23.7, 2.0, 0.0 };
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, mode, 0.05f);
+    springls_measures first, m;
+    forces.affine = meeting_map;
+    forces.user = &flow;
+    ctx = fixture_context(48, NULL);
+    ASSERT_OK(springls_set_implicit(ctx, meeting_distance, &flow));
+    p.contact = contact;
+    ASSERT_OK(springls_set_params(ctx, &p));
+    ASSERT_OK(steps(ctx, &step, 5)); /* at rest: the first resampling */
+    ASSERT_OK(springls_measure(ctx, &first));
+    flow.speed = -2.0;
+    ASSERT_OK(steps(ctx, &step, 20)); /* two voxels deep */
+    flow.speed = 0.0;
+    ASSERT_OK(steps(ctx, &step, 10));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_LT(m.volume, 0.99 * first.volume);
+    if (contact == SPRINGLS_CONTACT_SEPARATE) ASSERT_OK(pass_on(&ctx));
+    flow.speed = 2.0;
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(contact == SPRINGLS_CONTACT_SEPARATE ? 2 : 1, m.components);
+    if (contact == SPRINGLS_CONTACT_SEPARATE) {
+        ASSERT_EQ(4, m.euler);
+        ASSERT_IN_RANGE(first.volume, m.volume, 2e-3 * first.volume);
+        ASSERT_LT(displaced(ctx), 0.05);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A ball that a model is united with is another body, though the level set joins the two; and they come apart. */
+TEST united_balls_stay_two(void)
+{
+    meeting flow = { BALLS, 23.7, 0.0, 2.0 };
+    springls_params p = springls_default_params();
+    springls_context *ctx, *other;
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
+    springls_sphere left = fixture_ball(18.5f, 23.7f, 23.7f, 5.0f), right = fixture_ball(28.9f, 23.7f, 23.7f, 5.0f);
+    springls_measures m;
+    forces.affine = meeting_map;
+    forces.user = &flow;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_context(48, &p);
+    other = fixture_context(48, &p);
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &left));
+    ASSERT_OK(springls_set_implicit(other, springls_implicit_sphere, &right));
+    ASSERT_OK(springls_combine(ctx, SPRINGLS_OPERATION_UNION, other));
+    ASSERT(fixture_here(ctx)->set.body[0] != 0);
+    ASSERT(fixture_here(ctx)->set.body[0] != fixture_here(ctx)->set.body[springls_count(ctx) - 1]);
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(2, m.components);
+    ASSERT_EQ(4, m.euler);
+    ASSERT_IN_RANGE(1047.2, m.volume, 0.03 * 1047.2);
+    springls_destroy(other);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* ---- the rules, alone ---- */
 
 /* Springls side by side in a square across z, at height z, facing up (1) or down (-1). */
@@ -155,6 +252,28 @@ TEST neighbors_are_of_one_body(void)
     ASSERT_OK(springls_relax(ctx));
     for (i = 0; i < side; i++)
         for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
+    ASSERT_EQ(0, across);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Springls of two bodies in one place do not pull each other. */
+TEST neighbors_are_of_their_body(void)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    int side, i, k, across = 0;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 15.9f, 1);
+    side = springls_count(ctx);
+    lay_side(ctx, 16.1f, 1);
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.body[i] = i < side ? 1u : 2u;
+    ASSERT_OK(springls_relax(ctx));
+    for (i = 0; i < side; i++)
+        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)
+            across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
     ASSERT_EQ(0, across);
     springls_destroy(ctx);
     PASS();
@@ -277,10 +396,15 @@ SUITE(contact)
     RUN_TESTp(bodies_part, BALLS, 0.25);
     RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
     RUN_TESTp(bodies_part, FINGERS, 0.25);
+    RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_FLUID);
+    RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_ELASTIC);
+    RUN_TESTp(balls_pass, SPRINGLS_CONTACT_MERGE, SPRINGLS_MODE_FLUID);
+    RUN_TEST(united_balls_stay_two);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 1);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
     RUN_TEST(neighbors_are_of_one_body);
+    RUN_TEST(neighbors_are_of_their_body);
     RUN_TESTp(a_gap_opens, 1);
     RUN_TESTp(a_gap_opens, 0);
 }

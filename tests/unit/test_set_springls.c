@@ -124,6 +124,7 @@ TEST new_springls_find_it(void)
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int i;
     p.split_edge = 0.9f;
+    p.cover = 0; /* its triangles are never so large that they are split */
     p.resample_period = 2;
     ctx = scaled_context(&p, 1.0);
     b = moved_ball_make(ctx);

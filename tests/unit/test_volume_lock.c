@@ -129,14 +129,15 @@ TEST each_keeps_its_own(void)
     PASS();
 }
 
-/* Both halves of space move towards the plane x = 22.5, or away from it, which makes what lies between them thick or thin.
-   user: the speed. */
+/* Both halves of space move towards the plane x = 22.5, or away from it, which makes what lies between them thick, or thin before
+   they leave the domain. user: the speed. */
 static void squeeze(void *user, const float *x, int count, float time, float *v)
 {
     int i;
     (void)time;
     for (i = 0; i < count; i++, x += 3, v += 3) {
-        float speed = *(const float *)user, thin = springls__fabs(x[0] - 22.5f) < 2.0f ? 0.25f * speed : 0.0f;
+        float speed = *(const float *)user, rate = speed < 0.0f ? 0.5f : 0.25f;
+        float thin = springls__fabs(x[0] - 22.5f) < 2.0f ? rate * speed : 0.0f;
         v[0] = speed * springls__clamp((22.5f - x[0]) * 0.5f, -1.0f, 1.0f);
         v[1] = thin * (x[1] - middle);
         v[2] = thin * (x[2] - middle);

@@ -37,7 +37,11 @@ static const struct member members[] = {
     INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
     REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
     INTEGER(project_initial),      INTEGER(volume_lock),          INTEGER(split_input),          REAL(min_component),
+    INTEGER(cover),                INTEGER(components),           INTEGER(contact),
 };
+
+/* Has no value when a member of springls_params, all but the cookie, is missing from the list. */
+typedef char all_members_are_listed[4 * (sizeof members / sizeof *members + 1) == sizeof(springls_params) ? 1 : -1];
 
 static const struct member *find_member(const char *name, size_t length)
 {
