@@ -15479,7 +15479,8 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 /* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 
 typedef struct springls__mesh_distance {
-    const springls__surface *surface;
+    const springls__surface *surface; /* its winding number makes the sign                                                         */
+    const springls__surface *nearest; /* its closest point makes the size: the same surface, or without what lies inside the solid */
     bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
@@ -15502,6 +15503,22 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
     }
     w = springls__surface_winding(m->surface, x, 2.5f);
     return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
+}
+
+/* Returns true when both sides of a surface through x with normal n are inside: it bounds nothing there. */
+SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, springls__v3 x, springls__v3 n)
+{
+    const float depth = 0.01f; /* voxel */
+    return springls__surface_winding(surface, springls__mad(x, n, depth), 2.5f) > 0.5f
+           && springls__surface_winding(surface, springls__mad(x, n, -depth), 2.5f) > 0.5f;
+}
+
+/* Returns true when x lies on a triangle that has the inside on both sides there. hit: its closest point. */
+SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x, const springls__surface_hit *hit)
+{
+    const float touching2 = 1e-6f; /* voxel^2 */
+    if (hit->triangle < 0 || hit->hit.d2 > touching2) return false;
+    return springls__both_sides_inside(m->surface, x, springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
 }
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
@@ -15546,12 +15563,16 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
         bool computed = false;
         float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            h = springls__surface_closest_from(m->nearest, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
             if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
             computed = side == 0.0f;
             if (computed) side = springls__mesh_side(m, points[i]);
+            if (m->nearest != m->surface && springls__on_inner_part(m, points[i], &h)) {
+                side = -1.0f;
+                distance = 0.5f;
+            }
         } else distance = known;
         sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
@@ -16212,6 +16233,70 @@ SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ct
     return SPRINGLS_OK;
 }
 
+/* Returns true when a springl lies inside the solid. One that a seam may cut does not. */
+SPRINGLS__FN bool springls__springl_in_solid(const springls__surface *surface, springls__springl s)
+{
+    const float largest = 3.0f, to_corner = 0.97f; /* voxels; share of the way */
+    const springls__v3 n = springls__springl_normal(s);
+    int m;
+    if (springls__longest_edge2(springls__springl_tri(s)) > largest * largest) return false;
+    if (!springls__both_sides_inside(surface, s.p, n)) return false;
+    for (m = 0; m < 3; m++)
+        if (!springls__both_sides_inside(surface, springls__lerp(s.p, s.q[m], to_corner), n)) return false;
+    return true;
+}
+
+SPRINGLS__FN void springls__in_solid_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    uint8_t *action = springls__contract_action(&ctx->model);
+    for (; begin < end; begin++)
+        action[begin] = springls__springl_in_solid(&ctx->original, ctx->model.set.s[begin]) ? SPRINGLS__REMOVE : SPRINGLS__KEEP;
+}
+
+/* Removes the springls inside the solid, as where closed parts of a mesh overlap: they bound nothing. */
+SPRINGLS__FN springls_status springls__mesh_drop_inner(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
+    springls__parallel(ctx, count, 64, springls__in_solid_task, ctx);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    if (ctx->model.set.count == count) return SPRINGLS_OK;
+    springls__constellation_changed(ctx);
+    springls__log(ctx, 2, "the mesh overlaps itself: %d springls inside of it are not set", count - ctx->model.set.count);
+    return SPRINGLS_OK;
+}
+
+/* Fills phi. outer: an empty surface for what bounds a mesh that overlaps itself. */
+SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, bool balanced, bool overlaps,
+                                                      springls__surface *outer)
+{
+    springls__mesh_distance distance;
+    distance.surface = distance.nearest = &ctx->original;
+    distance.balanced = balanced;
+    distance.band = ctx->model.params.band_half_width + 1.0f;
+    if (overlaps) {
+        SPRINGLS__TRY(springls__surface_build(ctx, outer, ctx->model.set.s, ctx->model.set.count));
+        distance.nearest = outer;
+    }
+    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance);
+}
+
+/* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool parts)
+{
+    springls__surface outer;
+    springls_status status;
+    int count;
+    memset(&outer, 0, sizeof outer);
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
+    count = ctx->model.set.count;
+    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx));
+    status = springls__mesh_fill_grid(ctx, balanced, ctx->model.set.count < count, &outer);
+    springls__surface_free(ctx, &outer);
+    return status;
+}
+
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
 SPRINGLS__FN springls_status springls__mesh_store_sources(springls_context *ctx, const springls__mesh_intake *m, int given)
 {
@@ -16233,23 +16318,24 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
-   model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
-                                                          bool balanced)
+SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
 {
-    springls__mesh_distance distance;
+    return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, its triangles lie on each other, or it is "
+                          "smaller than min_component");
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is; parts: it may
+   overlap itself. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
+                                                          bool balanced, bool parts)
+{
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
-    if (!springls__surface_has_inside(&ctx->original))
-        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
-    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
-    distance.surface = &ctx->original;
-    distance.balanced = balanced;
-    distance.band = ctx->model.params.band_half_width + 1.0f;
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
+    if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && parts));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -16327,7 +16413,8 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0,
+                                          report->components > 1 || report->nonmanifold_edges > 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
@@ -26807,7 +26894,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26811 \"springls.h\"\n",
+    "#line 26898 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27993,7 +28080,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
     if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
-    job->distance.surface = &job->zero_level;
+    job->distance.surface = job->distance.nearest = &job->zero_level;
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);

@@ -447,6 +447,70 @@ SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ct
     return SPRINGLS_OK;
 }
 
+/* Returns true when a springl lies inside the solid. One that a seam may cut does not. */
+SPRINGLS__FN bool springls__springl_in_solid(const springls__surface *surface, springls__springl s)
+{
+    const float largest = 3.0f, to_corner = 0.97f; /* voxels; share of the way */
+    const springls__v3 n = springls__springl_normal(s);
+    int m;
+    if (springls__longest_edge2(springls__springl_tri(s)) > largest * largest) return false;
+    if (!springls__both_sides_inside(surface, s.p, n)) return false;
+    for (m = 0; m < 3; m++)
+        if (!springls__both_sides_inside(surface, springls__lerp(s.p, s.q[m], to_corner), n)) return false;
+    return true;
+}
+
+SPRINGLS__FN void springls__in_solid_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    uint8_t *action = springls__contract_action(&ctx->model);
+    for (; begin < end; begin++)
+        action[begin] = springls__springl_in_solid(&ctx->original, ctx->model.set.s[begin]) ? SPRINGLS__REMOVE : SPRINGLS__KEEP;
+}
+
+/* Removes the springls inside the solid, as where closed parts of a mesh overlap: they bound nothing. */
+SPRINGLS__FN springls_status springls__mesh_drop_inner(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
+    springls__parallel(ctx, count, 64, springls__in_solid_task, ctx);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    if (ctx->model.set.count == count) return SPRINGLS_OK;
+    springls__constellation_changed(ctx);
+    springls__log(ctx, 2, "the mesh overlaps itself: %d springls inside of it are not set", count - ctx->model.set.count);
+    return SPRINGLS_OK;
+}
+
+/* Fills phi. outer: an empty surface for what bounds a mesh that overlaps itself. */
+SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, bool balanced, bool overlaps,
+                                                      springls__surface *outer)
+{
+    springls__mesh_distance distance;
+    distance.surface = distance.nearest = &ctx->original;
+    distance.balanced = balanced;
+    distance.band = ctx->model.params.band_half_width + 1.0f;
+    if (overlaps) {
+        SPRINGLS__TRY(springls__surface_build(ctx, outer, ctx->model.set.s, ctx->model.set.count));
+        distance.nearest = outer;
+    }
+    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance);
+}
+
+/* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool parts)
+{
+    springls__surface outer;
+    springls_status status;
+    int count;
+    memset(&outer, 0, sizeof outer);
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
+    count = ctx->model.set.count;
+    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx));
+    status = springls__mesh_fill_grid(ctx, balanced, ctx->model.set.count < count, &outer);
+    springls__surface_free(ctx, &outer);
+    return status;
+}
+
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
 SPRINGLS__FN springls_status springls__mesh_store_sources(springls_context *ctx, const springls__mesh_intake *m, int given)
 {
@@ -468,23 +532,24 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
-   model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
-                                                          bool balanced)
+SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
 {
-    springls__mesh_distance distance;
+    return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, its triangles lie on each other, or it is "
+                          "smaller than min_component");
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is; parts: it may
+   overlap itself. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
+                                                          bool balanced, bool parts)
+{
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
-    if (!springls__surface_has_inside(&ctx->original))
-        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
-    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
-    distance.surface = &ctx->original;
-    distance.balanced = balanced;
-    distance.band = ctx->model.params.band_half_width + 1.0f;
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
+    if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && parts));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -562,7 +627,8 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0,
+                                          report->components > 1 || report->nonmanifold_edges > 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);

@@ -6,7 +6,8 @@
 #include "winding_number.h"
 
 typedef struct springls__mesh_distance {
-    const springls__surface *surface;
+    const springls__surface *surface; /* its winding number makes the sign                                                         */
+    const springls__surface *nearest; /* its closest point makes the size: the same surface, or without what lies inside the solid */
     bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
@@ -29,6 +30,22 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
     }
     w = springls__surface_winding(m->surface, x, 2.5f);
     return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
+}
+
+/* Returns true when both sides of a surface through x with normal n are inside: it bounds nothing there. */
+SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, springls__v3 x, springls__v3 n)
+{
+    const float depth = 0.01f; /* voxel */
+    return springls__surface_winding(surface, springls__mad(x, n, depth), 2.5f) > 0.5f
+           && springls__surface_winding(surface, springls__mad(x, n, -depth), 2.5f) > 0.5f;
+}
+
+/* Returns true when x lies on a triangle that has the inside on both sides there. hit: its closest point. */
+SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x, const springls__surface_hit *hit)
+{
+    const float touching2 = 1e-6f; /* voxel^2 */
+    if (hit->triangle < 0 || hit->hit.d2 > touching2) return false;
+    return springls__both_sides_inside(m->surface, x, springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
 }
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
@@ -73,12 +90,16 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
         bool computed = false;
         float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            h = springls__surface_closest_from(m->nearest, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
             if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
             computed = side == 0.0f;
             if (computed) side = springls__mesh_side(m, points[i]);
+            if (m->nearest != m->surface && springls__on_inner_part(m, points[i], &h)) {
+                side = -1.0f;
+                distance = 0.5f;
+            }
         } else distance = known;
         sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;

@@ -148,7 +148,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
     if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
-    job->distance.surface = &job->zero_level;
+    job->distance.surface = job->distance.nearest = &job->zero_level;
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
