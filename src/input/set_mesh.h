@@ -447,33 +447,41 @@ SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ct
     return SPRINGLS_OK;
 }
 
-/* Returns true when a springl lies inside the solid. One that a seam may cut does not. */
-SPRINGLS__FN bool springls__springl_in_solid(const springls__surface *surface, springls__springl s)
+/* Returns true when a springl lies inside the solid. corners: they must too, so that no seam cuts it. */
+SPRINGLS__FN bool springls__springl_in_solid(const springls__surface *surface, springls__springl s, bool corners)
 {
     const float largest = 3.0f, to_corner = 0.97f; /* voxels; share of the way */
     const springls__v3 n = springls__springl_normal(s);
     int m;
     if (springls__longest_edge2(springls__springl_tri(s)) > largest * largest) return false;
     if (!springls__both_sides_inside(surface, s.p, n)) return false;
-    for (m = 0; m < 3; m++)
+    for (m = 0; corners && m < 3; m++)
         if (!springls__both_sides_inside(surface, springls__lerp(s.p, s.q[m], to_corner), n)) return false;
     return true;
 }
 
+typedef struct springls__in_solid_job { springls_context *ctx; bool corners; } springls__in_solid_job;
+
 SPRINGLS__FN void springls__in_solid_task(void *arg, int begin, int end)
 {
-    springls_context *ctx = (springls_context *)arg;
-    uint8_t *action = springls__contract_action(&ctx->model);
+    const springls__in_solid_job *job = (const springls__in_solid_job *)arg;
+    springls__model *model = &job->ctx->model;
     for (; begin < end; begin++)
-        action[begin] = springls__springl_in_solid(&ctx->original, ctx->model.set.s[begin]) ? SPRINGLS__REMOVE : SPRINGLS__KEEP;
+        springls__contract_action(model)[begin] =
+            springls__springl_in_solid(&job->ctx->original, model->set.s[begin], job->corners) ? SPRINGLS__REMOVE
+                                                                                              : SPRINGLS__KEEP;
 }
 
-/* Removes the springls inside the solid, as where closed parts of a mesh overlap: they bound nothing. */
-SPRINGLS__FN springls_status springls__mesh_drop_inner(springls_context *ctx)
+/* Removes the springls inside the solid, as where closed parts of a mesh overlap: they bound nothing. corners: only those that no
+   seam cuts. */
+SPRINGLS__FN springls_status springls__mesh_drop_inner(springls_context *ctx, bool corners)
 {
     const int count = ctx->model.set.count;
+    springls__in_solid_job job;
+    job.ctx = ctx;
+    job.corners = corners;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
-    springls__parallel(ctx, count, 64, springls__in_solid_task, ctx);
+    springls__parallel(ctx, count, 64, springls__in_solid_task, &job);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     if (ctx->model.set.count == count) return SPRINGLS_OK;
     springls__constellation_changed(ctx);
@@ -501,14 +509,17 @@ SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bo
 {
     springls__surface outer;
     springls_status status;
+    bool overlaps;
     int count;
     memset(&outer, 0, sizeof outer);
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     count = ctx->model.set.count;
-    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx));
-    status = springls__mesh_fill_grid(ctx, balanced, ctx->model.set.count < count, &outer);
+    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
+    overlaps = ctx->model.set.count < count;
+    status = springls__mesh_fill_grid(ctx, balanced, overlaps, &outer);
     springls__surface_free(ctx, &outer);
-    return status;
+    SPRINGLS__TRY(status);
+    return overlaps ? springls__mesh_drop_inner(ctx, false) : SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -535,7 +546,7 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
 SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
 {
     return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, its triangles lie on each other, or it is "
-                          "smaller than min_component");
+                          "smaller than a voxel or than min_component");
 }
 
 /* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is; parts: it may

@@ -221,16 +221,20 @@ typedef struct springls_mesh_report {
 } springls_mesh_report;
 
 /* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
-   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
-   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   a triangle with an edge longer than split_edge becomes several: it is cut from the middle of its longest edge, and its
+   parts again, narrow ones in strips, alike on both sides of every edge and only within the grid. Where closed parts of the
+   mesh overlap, springls inside the solid are not set (a seam on voxel planes may keep a small handle). Springls are
+   in the order of the triangles.
    springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
-   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area, unless parts
+   overlap.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
    which come after those of the triangles.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
-   flat patch or with sheets that lie on each other: then the model is empty. NON_FINITE: a used position. */
+   flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than
+   min_component: then the model is empty. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);

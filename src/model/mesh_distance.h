@@ -6,8 +6,8 @@
 #include "winding_number.h"
 
 typedef struct springls__mesh_distance {
-    const springls__surface *surface; /* its winding number makes the sign                                                         */
-    const springls__surface *nearest; /* its closest point makes the size: the same surface, or without what lies inside the solid */
+    const springls__surface *surface; /* its winding number is the sign            */
+    const springls__surface *nearest; /* its closest point is the size: the same, or less the parts inside */
     bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
@@ -45,7 +45,8 @@ SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, spri
 {
     const float touching2 = 1e-6f; /* voxel^2 */
     if (hit->triangle < 0 || hit->hit.d2 > touching2) return false;
-    return springls__both_sides_inside(m->surface, x, springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
+    return springls__both_sides_inside(m->surface, x,
+                                       springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
 }
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };

@@ -348,6 +348,29 @@ TEST large_triangles_are_divided(void)
     PASS();
 }
 
+/* Cubes on voxel planes that overlap, share a face or are nested make one solid; none of its springls lies inside of it. */
+TEST overlapping_cubes_are_one_solid(void)
+{
+    static const double cases[3][5] = { { 12, 8, 20, 20, 8 }, { 10, 6, 22, 10, 6 }, { 14, 10, 14, 14, 4 } };
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        const double *c = cases[i];
+        springls_desc desc = cube(32);
+        springls_measures m;
+        clear_mesh();
+        add_box(d3_make(c[0], c[0], c[0]), d3_make(c[1], c[1], c[1]), d3_make(0, 0, 0));
+        add_box(d3_make(c[2], c[3], c[3]), d3_make(c[4], c[4], c[4]), d3_make(0, 0, 0));
+        ASSERT_OK(set_mesh(&desc));
+        ASSERT_OK(springls_measure(ctx, &m));
+        ASSERT_EQ(1, m.components);
+        ASSERT_EQ(2, m.euler);
+        for (k = 0; k < springls_count(ctx); k++)
+            ASSERT_GT(springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, ctx->model.set.s[k].p), -1.0f);
+        springls_destroy(ctx);
+    }
+    PASS();
+}
+
 /* Long thin triangles are divided into as many springls for their area as others, without slivers; they meet corner to corner,
    face alike and cover the bar. */
 TEST long_triangles_are_divided_as_strips(void)
@@ -950,6 +973,7 @@ SUITE(clean)
     RUN_TEST(box_of_twelve_triangles);
     RUN_TEST(large_triangles_are_divided);
     RUN_TEST(long_triangles_are_divided_as_strips);
+    RUN_TEST(overlapping_cubes_are_one_solid);
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
     RUN_TEST(huge_triangles_in_a_small_grid);
