@@ -77,7 +77,7 @@
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
-     >>bodies               src/stages/bodies.h
+     >>contact_bodies       src/stages/contact_bodies.h
      >>components           src/stages/components.h
      >>label_components     src/stages/label_components.h
      >>fill_gaps            src/stages/fill_gaps.h
@@ -109,11 +109,11 @@
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>component_views      src/output/component_views.h
-     >>confidence           src/output/confidence.h
-     >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
      >>zero_level           src/output/zero_level.h
+     >>confidence           src/output/confidence.h
+     >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -1901,7 +1901,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \
+    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -1936,8 +1936,8 @@ typedef union springls__arguments {
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                   \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
@@ -2892,7 +2892,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
-    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \
     X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
@@ -2908,7 +2908,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
@@ -3117,7 +3117,7 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = record->body = 0u;
+    record->component = record->cavity = record->contact_body = 0u;
     record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
@@ -3128,13 +3128,13 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
-    model->set.body[i] = model->set.body[from];
+    model->set.contact_body[i] = model->set.contact_body[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */
-SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+SPRINGLS__MATHS bool springls__of_two_contact_bodies(const springls__model *model, int i, int other)
 {
-    uint32_t a = model->set.body[i], b = model->set.body[other];
+    uint32_t a = model->set.contact_body[i], b = model->set.contact_body[other];
     return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
 }
 
@@ -4658,7 +4658,7 @@ struct springls_context {
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
-    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
+    uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
@@ -5109,7 +5109,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -5146,7 +5146,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
         float within = radius + s->bounding_radius, d2;
         springls__tri_plan plan;
         int here;
-        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (of >= 0 && !springls__of_two_contact_bodies(model, of, i)) continue;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         d2 = springls__tri_distance2(&plan, x);
@@ -5199,10 +5199,10 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
-    if (springls__of_two_bodies(model, i, other)) return true;
+    if (springls__of_two_contact_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
     return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
@@ -5235,7 +5235,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5357,7 +5357,8 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have
+   met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -5444,7 +5445,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
-        if (springls__of_two_bodies(model, i, other)) continue;
+        if (springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -5478,9 +5479,9 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
 
-/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it
-   too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and turn
+   it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
     const float arm = 0.45f; /* voxel */
     springls__springl s = model->set.s[i];
@@ -5492,7 +5493,8 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
+   count. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
@@ -6374,7 +6376,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
-            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+            if (*nearest_springl >= 0 && springls__of_two_contact_bodies(model, *nearest_springl, other)) {
                 if (d2 >= best) continue;
                 sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
                 count = 0;
@@ -6410,7 +6412,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
@@ -6456,7 +6458,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, sp
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
@@ -6473,7 +6475,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -6530,7 +6532,7 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
-            || springls__of_two_bodies(model, i, other)) continue;
+            || springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6871,8 +6873,8 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 }
 
 /* ======== >>overlap:kernel  (kernels_embed/stages/overlap.h) =================================================== */
-/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
-   phi is that of their union. */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,
+   and phi is that of their union. */
 
 /* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing
    changes. */
@@ -6889,8 +6891,8 @@ SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, spr
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
 
-/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
-   side. */
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so
+   that those near a brick lie side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
@@ -7946,12 +7948,21 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
-   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
+   removed. */
 
 /* ---- parts ---- */
 
+/* Finds voxel x of a row of the brick at o. */
+SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[3])
+{
+    at[0] = o[0] + x;
+    at[1] = o[1] + (row & 7);
+    at[2] = o[2] + (row >> 3);
+}
+
 /* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
-SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
 {
     to[0] = at[0] + (d == 1) - (d == 0);
     to[1] = at[1] + (d == 3) - (d == 2);
@@ -8027,7 +8038,7 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
-            springls__step_to(from, d, to);
+            springls__neighbor_voxel(from, d, to);
             if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
@@ -8038,9 +8049,9 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
-   voxel of the square is. */
-SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+/* Finds joint candidates among several voxels: outside, between inside voxels in directions d1 and d2 of a tile, and the fourth
+   voxel of the square outside too. */
+SPRINGLS__VEC_MATHS springls__vmask springls__are_joint_candidates(SPRINGLS__LOCAL const float *phi, int d1, int d2)
 {
     springls__vec c = springls__vec_load(phi);
     return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
@@ -8058,9 +8069,9 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
-   in direction d2, when a limb passes between, by the springls. */
-SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
+/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in direction
+   d2, when it is better and the springls show that a limb passes between. */
+SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
                                          int d2, springls__joint *best)
 {
     const float near_by = 1.6f; /* voxels */
@@ -8068,14 +8079,14 @@ SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const spr
     springls__joint joint, other;
     int to[3];
     if (d1 >> 1 == d2 >> 1) return;
-    springls__step_to(from, d1, joint.at);
-    springls__step_to(from, d2, other.at);
+    springls__neighbor_voxel(from, d1, joint.at);
+    springls__neighbor_voxel(from, d2, other.at);
     joint.phi = springls__phi_of(g, joint.at);
     other.phi = springls__phi_of(g, other.at);
     if (joint.phi < 0.0f || other.phi < 0.0f) return;
     if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
-    springls__step_to(joint.at, d2, to);
+    springls__neighbor_voxel(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
     if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
                                                             0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
@@ -8091,20 +8102,20 @@ SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *mode
     best.phi = SPRINGLS__JOIN_PHI;
     for (i = 0; i < part->count; i++) {
         springls__part_place(part, i, from);
-        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+        for (d = 0; d < 36; d++) springls__take_better_joint(model, part, from, d / 6, d % 6, &best);
     }
     return best;
 }
 
-/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
-   another inside voxel, and whose fourth corner is outside. */
-SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`, in
+   direction d1, and another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)
 {
     int d2, to[3], other[3];
     for (d2 = 0; d2 < 6; d2++) {
         if (d1 >> 1 == d2 >> 1) continue;
-        springls__step_to(at, d2, to);
-        springls__step_to(from, d2, other);
+        springls__neighbor_voxel(at, d2, to);
+        springls__neighbor_voxel(from, d2, other);
         if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
     }
     return false;
@@ -8112,14 +8123,14 @@ SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int 
 
 /* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
    have the same order of joints, no tunnel comes about. */
-SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])
 {
     springls__part part;
     int d, from[3];
     for (d = 0; d < 6; d++) {
         springls__joint best;
-        springls__step_to(at, d, from);
-        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+        springls__neighbor_voxel(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__is_joint_candidate(&model->grid, at, from, d)
             || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
         best = springls__best_joint(model, &part);
         if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
@@ -8127,34 +8138,34 @@ SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[
     return false;
 }
 
-/* Returns whether some of eight voxels may join others; phi points into a tile. */
-SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */
+SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
 {
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
-                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
-                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
-                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
-                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
-                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
+                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
+                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
+                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
+                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
+                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
         if (springls__vec_any(m)) return true;
     }
     return false;
 }
 
-/* Finds whether active brick i has voxels that may join others. */
-SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+/* Finds whether active brick i has joint candidates. */
+SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    SPRINGLS__GLOBAL uint8_t *candidates = springls__has_joint_candidates(model) + i;
     int row;
     (void)args;
-    if (model->group.item == 0) *may_join = 0;
+    if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -8163,7 +8174,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
     const springls__grid *g = &model->grid;
-    bool some = springls__has_joints(model)[i] != 0;
+    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -8171,12 +8182,10 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool here = some && springls__may_join(phi);
+        bool here = some && springls__row_has_joint_candidate(phi);
         for (x = 0; x < 8; x++) {
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+            springls__row_voxel(o, row, x, at);
+            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__is_best_joint(model, at) ? inside : phi[x];
         }
     }
 }
@@ -8190,9 +8199,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls_
     return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
 }
 
-/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `max_neighbors`. phi
    points into a tile. */
-SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])
 {
     bool some = false;
     int i;
@@ -8203,7 +8212,7 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
                         + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
                         + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
         springls__vec_store(beside + i, n);
-        some = some || springls__vec_any(n <= few);
+        some = some || springls__vec_any(n <= max_neighbors);
     }
     return some;
 }
@@ -8219,7 +8228,7 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
         int beyond = 0;
         for (side = 0; side < 2; side++) {
             float other;
-            springls__step_to(at, 2 * axis + side, to);
+            springls__neighbor_voxel(at, 2 * axis + side, to);
             other = springls__phi_of(g, to);
             beyond += (phi < 0.0f) != (other < 0.0f);
             width += (phi < 0.0f) == (other < 0.0f)
@@ -8232,12 +8241,12 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
 }
 
 /* Returns true when a voxel is of a part of less than min_component. */
-SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)
 {
     springls__part part;
     float volume = 0.0f;
     int i, place[3];
-    if (!springls__find_small_part(g, at, most, &part)) return false;
+    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;
     for (i = 0; i < part.count; i++) {
         springls__part_place(&part, i, place);
         volume += springls__share_of_voxel(g, place);
@@ -8245,14 +8254,14 @@ SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int
     return volume < min_component;
 }
 
-/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */
 SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at), best = 0.5f;
     int d, to[3];
     for (d = 0; d < 6; d++) {
         float other;
-        springls__step_to(at, d, to);
+        springls__neighbor_voxel(at, d, to);
         other = springls__phi_of(g, to);
         if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
     }
@@ -8265,7 +8274,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
-    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -8273,15 +8282,13 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], few = (float)(most - 1);
-        bool some = springls__count_beside(phi, few, beside);
+        float beside[8], max_neighbors = (float)(max_voxels - 1);
+        bool some = springls__count_beside(phi, max_neighbors, beside);
         for (x = 0; x < 8; x++) {
             out[x] = phi[x];
-            if (!some || beside[x] > few) continue;
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+            if (!some || beside[x] > max_neighbors) continue;
+            springls__row_voxel(o, row, x, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -8996,7 +9003,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
-    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
     X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
@@ -9019,7 +9026,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
-          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
+          | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -9042,7 +9049,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
-    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
     X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
@@ -10015,7 +10022,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
-    ctx->last_component_id = ctx->last_body = 0;
+    ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -12441,30 +12448,30 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
-/* ======== >>bodies  (src/stages/bodies.h) ====================================================================== */
-/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
-   model was set with it on. */
+/* ======== >>contact_bodies  (src/stages/contact_bodies.h) ====================================================== */
+/* contact_bodies.h - finds the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch
+   went on, or the model was set with it on. */
 
-SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
 {
-    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_contact_body == 0;
 }
 
 /* Gives every springl the body that it bounds. */
-SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_contact_bodies(springls_context *ctx)
 {
     springls__constellation *set = &ctx->model.set;
     springls__labels labels;
     int i;
-    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(OVERLAPPED)));
     SPRINGLS__TRY(springls__find_components(ctx, &labels));
     for (i = 0; i < set->count; i++) {
         int32_t body, cavity;
         springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
-        set->body[i] = (uint32_t)(body + 1);
+        set->contact_body[i] = (uint32_t)(body + 1);
         set->overlapped[i] = 0;
     }
-    ctx->last_body = (uint32_t)labels.count + 1u;
+    ctx->last_contact_body = (uint32_t)labels.count + 1u;
     return SPRINGLS_OK;
 }
 
@@ -12784,7 +12791,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
             springls__take_relaxed(ctx);
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
@@ -13276,13 +13283,13 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
+/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other in
    the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), bricks, 1) == 0) return;
     for (; rounds > 0; rounds--) {
         springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         springls__swap_phi(ctx);
@@ -13294,8 +13301,8 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 {
     if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
     springls__join_parts(ctx);
     springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
     springls__swap_phi(ctx);
@@ -13335,8 +13342,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
         if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
     case SPRINGLS__PROJECT_JOINED:
         springls__join_parts(ctx);
@@ -13605,15 +13612,15 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
-   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
-   not every device has: it always runs on the host. */
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of
+   components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
+   precision, which not every device has: it always runs on the host. */
 
 /* What the lock keeps of a component as it is now. */
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; voxels    */
     int32_t node;           /* root of its tree among the links     */
-    bool speck;
+    bool tiny;
 } springls__locked_component;
 
 /* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
@@ -13656,10 +13663,10 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
-SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
-/* Links what springls link, and specks with the largest body. */
+/* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -13670,11 +13677,11 @@ SPRINGLS__FN void springls__join_linked(springls__lock *lock)
     for (i = 0; i < graph->labels.count; i++)
         if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
     for (i = 0; i < graph->before_count && largest >= 0; i++)
-        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
+        if (!graph->before[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
             springls__join_trees(lock->parent, i, graph->before_count + largest);
     for (i = 0; i < graph->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
+        lock->item[i].tiny = !now[i].cavity && springls__is_tiny_body(now[i].surface.volume);
+        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
     }
 }
 
@@ -13773,7 +13780,7 @@ SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lo
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
-/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+/* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
@@ -13783,7 +13790,7 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
+        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
     }
 }
 
@@ -13805,7 +13812,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
+    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -13815,9 +13822,9 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
         springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        if (l->item[i].cavity || item->tiny || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
         by = missing / all->rate;
-        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->offset = (float)(by < -max_offset ? -max_offset : by > max_offset ? max_offset : by);
         all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;
@@ -14120,7 +14127,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
+    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -14687,7 +14694,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_body = 0;
+    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -17095,169 +17102,6 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__report_device_failure(ctx, status);
 }
 
-/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
-/* component_views.h - shows components, their events, and the component of any place. */
-
-/* Completes a step in progress, and finds the components of a model that has changed since. */
-SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
-{
-    if (!springls__components_enabled(ctx))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
-}
-
-SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
-{
-    int i;
-    springls_component *shown;
-    if (components) *components = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!components || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
-                                        sizeof(springls__component), 0));
-    shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
-    *components = shown;
-    *count = ctx->component_count;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
-{
-    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
-    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
-}
-
-SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
-{
-    springls__labels labels;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
-    for (i = 0; i < 3 * count; i++)
-        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
-    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
-    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
-    for (i = 0; i < count; i++) {
-        int32_t body, cavity;
-        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
-        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
-    }
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
-{
-    springls_event *event;
-    const springls_component *part;
-    int i;
-    if (events) *events = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
-    event = (springls_event *)ctx->event_memory.data;
-    part = (const springls_component *)ctx->event_part_memory.data;
-    for (i = 0; i < ctx->event_count; i++) {
-        event[i].before = event[i].before_count ? part : NULL;
-        part += event[i].before_count;
-        event[i].after = event[i].after_count ? part : NULL;
-        part += event[i].after_count;
-    }
-    *events = event;
-    *count = ctx->event_count;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>confidence  (src/output/confidence.h) ============================================================== */
-/* confidence.h - how far springls and vertices may be from where they should be. */
-
-typedef struct springls__confidence_job {
-    const springls_context *ctx;
-    const springls_mesh *mesh;
-    springls_error_estimate *out;
-} springls__confidence_job;
-
-/* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_error_estimate springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
-                                                         float error, bool original)
-{
-    springls__span span = springls__span_at(model, x, n, a, model->set.count);
-    springls_error_estimate confidence;
-    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error, original);
-    confidence.correspondence = SPRINGLS__SURE * error;
-    return confidence;
-}
-
-SPRINGLS__FN void springls__springl_confidence_task(void *arg, int begin, int end)
-{
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    for (; begin < end; begin++)
-        job->out[begin] = springls__confidence_of(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
-                                                  model->set.a[begin], model->set.error[begin],
-                                                  (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
-}
-
-/* Treats vertices as springls that are born there. */
-SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
-{
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
-    const springls_context *ctx = job->ctx;
-    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
-    for (; begin < end; begin++) {
-        size_t v = 3 * (size_t)begin;
-        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
-        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
-        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__confidence_of(&ctx->model, x, n, a,
-                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
-    }
-}
-
-/* Completes a step in progress, and runs a task with the springls in their cells. */
-SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int count, springls_task task,
-                                                      springls__confidence_job *job)
-{
-    job->ctx = ctx;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    springls__parallel(ctx, count, 32, task, job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
-{
-    springls__confidence_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
-    job.mesh = NULL;
-    job.out = out;
-    return springls__run_confidence(ctx, ctx->model.set.count, springls__springl_confidence_task, &job);
-}
-
-SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
-{
-    springls__confidence_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
-    job.mesh = mesh;
-    job.out = out;
-    return springls__run_confidence(ctx, mesh->vertex_count, springls__mesh_confidence_task, &job);
-}
-
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
@@ -18339,6 +18183,164 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__components_enabled(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>confidence  (src/output/confidence.h) ============================================================== */
+/* confidence.h - how far springls and vertices may be from where they should be. */
+
+typedef struct springls__confidence_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    springls_error_estimate *out;
+} springls__confidence_job;
+
+/* Makes both numbers of an error on the original surface, at a place x that faces n. */
+SPRINGLS__FN springls_error_estimate springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
+                                                         float error, bool original)
+{
+    springls__span span = springls__span_at(model, x, n, a, model->set.count);
+    springls_error_estimate confidence;
+    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error, original);
+    confidence.correspondence = SPRINGLS__SURE * error;
+    return confidence;
+}
+
+SPRINGLS__FN void springls__springl_confidence_task(void *arg, int begin, int end)
+{
+    const springls__confidence_job *job = (const springls__confidence_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end; begin++)
+        job->out[begin] = springls__confidence_of(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+                                                  model->set.a[begin], model->set.error[begin],
+                                                  (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
+}
+
+/* Treats vertices as springls that are born there. */
+SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
+{
+    const springls__confidence_job *job = (const springls__confidence_job *)arg;
+    const springls_context *ctx = job->ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
+        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        job->out[begin] = springls__confidence_of(&ctx->model, x, n, a,
+                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
+    }
+}
+
+/* Completes a step in progress, and runs a task with the springls in their cells. */
+SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int count, springls_task task,
+                                                      springls__confidence_job *job)
+{
+    job->ctx = ctx;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    springls__parallel(ctx, count, 32, task, job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
+{
+    springls__confidence_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
+    job.mesh = NULL;
+    job.out = out;
+    return springls__run_confidence(ctx, ctx->model.set.count, springls__springl_confidence_task, &job);
+}
+
+SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
+{
+    springls__confidence_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+    job.mesh = mesh;
+    job.out = out;
+    return springls__run_confidence(ctx, mesh->vertex_count, springls__mesh_confidence_task, &job);
+}
+
 /* ======== >>material  (src/output/material.h) ================================================================== */
 /* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
    springls and of the vertices of extracted meshes. */
@@ -19060,7 +19062,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_body;
+    uint32_t next_id, step, last_component_id, last_contact_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -19209,7 +19211,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
-    s->last_body = ctx->last_body;
+    s->last_contact_body = ctx->last_contact_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -19684,7 +19686,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
-    ctx->last_body = s->last_body;
+    ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
@@ -20053,7 +20055,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
-    "    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \\\n",
+    "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -20088,8 +20090,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                   \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
     "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
@@ -21034,7 +21036,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
-    "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
+    "    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \\\n",
     "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
@@ -21050,7 +21052,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
@@ -21259,7 +21261,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = record->cavity = record->body = 0u;\n",
+    "    record->component = record->cavity = record->contact_body = 0u;\n",
     "    record->overlapped = 0;\n",
     "    record->phi = record->error = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
@@ -21270,13 +21272,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
-    "    model->set.body[i] = model->set.body[from];\n",
+    "    model->set.contact_body[i] = model->set.contact_body[from];\n",
     "}\n",
     "\n",
     "/* Returns true when two springls are of bodies that stay two. */\n",
-    "SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)\n",
+    "SPRINGLS__MATHS bool springls__of_two_contact_bodies(const springls__model *model, int i, int other)\n",
     "{\n",
-    "    uint32_t a = model->set.body[i], b = model->set.body[other];\n",
+    "    uint32_t a = model->set.contact_body[i], b = model->set.contact_body[other];\n",
     "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;\n",
     "}\n",
     "\n",
@@ -22752,7 +22754,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -22789,7 +22791,7 @@ static const char *const springls__kernel_lines[] = {
     "        float within = radius + s->bounding_radius, d2;\n",
     "        springls__tri_plan plan;\n",
     "        int here;\n",
-    "        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;\n",
+    "        if (of >= 0 && !springls__of_two_contact_bodies(model, of, i)) continue;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
@@ -22841,10 +22843,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */\n",
-    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
+    "/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */\n",
+    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
     "{\n",
-    "    if (springls__of_two_bodies(model, i, other)) return true;\n",
+    "    if (springls__of_two_contact_bodies(model, i, other)) return true;\n",
     "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
     "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
     "}\n",
@@ -22877,7 +22879,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -22998,7 +23000,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have\n",
+    "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -23085,7 +23088,7 @@ static const char *const springls__kernel_lines[] = {
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
-    "        if (springls__of_two_bodies(model, i, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -23108,7 +23111,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5472 \"springls.h\"\n",
+    "#line 5473 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23118,9 +23121,9 @@ static const char *const springls__kernel_lines[] = {
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
     "\n",
-    "/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it\n",
-    "   too far. A masked one keeps its own. */\n",
-    "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and turn\n",
+    "   it too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float arm = 0.45f; /* voxel */\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -23132,7 +23135,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
-    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */\n",
+    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not\n",
+    "   count. */\n",
     "typedef struct springls__cell_sides {\n",
     "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
     "} springls__cell_sides;\n",
@@ -23233,7 +23237,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5598 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23309,7 +23313,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5675 \"springls.h\"\n",
+    "#line 5677 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23324,7 +23328,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5690 \"springls.h\"\n",
+    "#line 5692 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23339,7 +23343,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5706 \"springls.h\"\n",
+    "#line 5708 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23350,7 +23354,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5717 \"springls.h\"\n",
+    "#line 5719 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23365,7 +23369,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5732 \"springls.h\"\n",
+    "#line 5734 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23376,7 +23380,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5743 \"springls.h\"\n",
+    "#line 5745 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23479,7 +23483,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5847 \"springls.h\"\n",
+    "#line 5849 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23958,7 +23962,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6327 \"springls.h\"\n",
+    "#line 6329 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24009,7 +24013,7 @@ static const char *const springls__kernel_lines[] = {
     "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
-    "            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {\n",
+    "            if (*nearest_springl >= 0 && springls__of_two_contact_bodies(model, *nearest_springl, other)) {\n",
     "                if (d2 >= best) continue;\n",
     "                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */\n",
     "                count = 0;\n",
@@ -24045,7 +24049,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
@@ -24065,7 +24069,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6435 \"springls.h\"\n",
+    "#line 6437 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24090,7 +24094,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
     "    return true;\n",
@@ -24107,7 +24111,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        weight += estimate.weight;\n",
     "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
@@ -24164,7 +24168,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
-    "            || springls__of_two_bodies(model, i, other)) continue;\n",
+    "            || springls__of_two_contact_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -24201,7 +24205,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6572 \"springls.h\"\n",
+    "#line 6574 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24390,7 +24394,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6762 \"springls.h\"\n",
+    "#line 6764 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24501,9 +24505,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6874 \"springls.h\"\n",
-    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
-    "   phi is that of their union. */\n",
+    "#line 6876 \"springls.h\"\n",
+    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
+    "   and phi is that of their union. */\n",
     "\n",
     "/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing\n",
     "   changes. */\n",
@@ -24514,13 +24518,13 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6888 \"springls.h\"\n",
+    "#line 6890 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
     "\n",
-    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
-    "   side. */\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so\n",
+    "   that those near a brick lie side by side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
@@ -24860,7 +24864,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7235 \"springls.h\"\n",
+    "#line 7237 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25011,7 +25015,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7387 \"springls.h\"\n",
+    "#line 7389 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25041,7 +25045,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7417 \"springls.h\"\n",
+    "#line 7419 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25056,7 +25060,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7433 \"springls.h\"\n",
+    "#line 7435 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25225,7 +25229,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7602 \"springls.h\"\n",
+    "#line 7604 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25240,7 +25244,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7617 \"springls.h\"\n",
+    "#line 7619 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25409,7 +25413,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7786 \"springls.h\"\n",
+    "#line 7788 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25445,7 +25449,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7823 \"springls.h\"\n",
+    "#line 7825 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25569,14 +25573,23 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7948 \"springls.h\"\n",
+    "#line 7950 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
-    "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
+    "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
+    "   removed. */\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
+    "/* Finds voxel x of a row of the brick at o. */\n",
+    "SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[3])\n",
+    "{\n",
+    "    at[0] = o[0] + x;\n",
+    "    at[1] = o[1] + (row & 7);\n",
+    "    at[2] = o[2] + (row >> 3);\n",
+    "}\n",
+    "\n",
     "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
-    "SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])\n",
+    "SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])\n",
     "{\n",
     "    to[0] = at[0] + (d == 1) - (d == 0);\n",
     "    to[1] = at[1] + (d == 3) - (d == 2);\n",
@@ -25652,7 +25665,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
-    "            springls__step_to(from, d, to);\n",
+    "            springls__neighbor_voxel(from, d, to);\n",
     "            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;\n",
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
@@ -25663,9 +25676,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
     "\n",
-    "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
-    "   voxel of the square is. */\n",
-    "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
+    "/* Finds joint candidates among several voxels: outside, between inside voxels in directions d1 and d2 of a tile, and the fourth\n",
+    "   voxel of the square outside too. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__are_joint_candidates(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
     "{\n",
     "    springls__vec c = springls__vec_load(phi);\n",
     "    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)\n",
@@ -25683,9 +25696,9 @@ static const char *const springls__kernel_lines[] = {
     "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
     "}\n",
     "\n",
-    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it\n",
-    "   in direction d2, when a limb passes between, by the springls. */\n",
-    "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
+    "/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in direction\n",
+    "   d2, when it is better and the springls show that a limb passes between. */\n",
+    "SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
     "                                         int d2, springls__joint *best)\n",
     "{\n",
     "    const float near_by = 1.6f; /* voxels */\n",
@@ -25693,14 +25706,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__joint joint, other;\n",
     "    int to[3];\n",
     "    if (d1 >> 1 == d2 >> 1) return;\n",
-    "    springls__step_to(from, d1, joint.at);\n",
-    "    springls__step_to(from, d2, other.at);\n",
+    "    springls__neighbor_voxel(from, d1, joint.at);\n",
+    "    springls__neighbor_voxel(from, d2, other.at);\n",
     "    joint.phi = springls__phi_of(g, joint.at);\n",
     "    other.phi = springls__phi_of(g, other.at);\n",
     "    if (joint.phi < 0.0f || other.phi < 0.0f) return;\n",
     "    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
-    "    springls__step_to(joint.at, d2, to);\n",
+    "    springls__neighbor_voxel(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
     "    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
     "                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)\n",
@@ -25716,20 +25729,20 @@ static const char *const springls__kernel_lines[] = {
     "    best.phi = SPRINGLS__JOIN_PHI;\n",
     "    for (i = 0; i < part->count; i++) {\n",
     "        springls__part_place(part, i, from);\n",
-    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);\n",
+    "        for (d = 0; d < 36; d++) springls__take_better_joint(model, part, from, d / 6, d % 6, &best);\n",
     "    }\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and\n",
-    "   another inside voxel, and whose fourth corner is outside. */\n",
-    "SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
+    "/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`, in\n",
+    "   direction d1, and another inside voxel, and whose fourth corner is outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
     "{\n",
     "    int d2, to[3], other[3];\n",
     "    for (d2 = 0; d2 < 6; d2++) {\n",
     "        if (d1 >> 1 == d2 >> 1) continue;\n",
-    "        springls__step_to(at, d2, to);\n",
-    "        springls__step_to(from, d2, other);\n",
+    "        springls__neighbor_voxel(at, d2, to);\n",
+    "        springls__neighbor_voxel(from, d2, other);\n",
     "        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;\n",
     "    }\n",
     "    return false;\n",
@@ -25737,14 +25750,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts\n",
     "   have the same order of joints, no tunnel comes about. */\n",
-    "SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])\n",
+    "SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])\n",
     "{\n",
     "    springls__part part;\n",
     "    int d, from[3];\n",
     "    for (d = 0; d < 6; d++) {\n",
     "        springls__joint best;\n",
-    "        springls__step_to(at, d, from);\n",
-    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)\n",
+    "        springls__neighbor_voxel(at, d, from);\n",
+    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__is_joint_candidate(&model->grid, at, from, d)\n",
     "            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;\n",
     "        best = springls__best_joint(model, &part);\n",
     "        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;\n",
@@ -25752,34 +25765,34 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns whether some of eight voxels may join others; phi points into a tile. */\n",
-    "SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)\n",
+    "/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)\n",
     "{\n",
     "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)\n",
-    "                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)\n",
-    "                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)\n",
-    "                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)\n",
-    "                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)\n",
-    "                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);\n",
+    "        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)\n",
+    "                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)\n",
+    "                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);\n",
     "        if (springls__vec_any(m)) return true;\n",
     "    }\n",
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i has voxels that may join others. */\n",
-    "SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,\n",
+    "/* Finds whether active brick i has joint candidates. */\n",
+    "SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *candidates = springls__has_joint_candidates(model) + i;\n",
     "    int row;\n",
     "    (void)args;\n",
-    "    if (model->group.item == 0) *may_join = 0;\n",
+    "    if (model->group.item == 0) *candidates = 0;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;\n",
+    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -25788,7 +25801,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joints(model)[i] != 0;\n",
+    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -25796,12 +25809,10 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
     "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool here = some && springls__may_join(phi);\n",
+    "        bool here = some && springls__row_has_joint_candidate(phi);\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            at[0] = o[0] + x;\n",
-    "            at[1] = o[1] + (row & 7);\n",
-    "            at[2] = o[2] + (row >> 3);\n",
-    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];\n",
+    "            springls__row_voxel(o, row, x, at);\n",
+    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__is_best_joint(model, at) ? inside : phi[x];\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -25815,9 +25826,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));\n",
     "}\n",
     "\n",
-    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi\n",
+    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `max_neighbors`. phi\n",
     "   points into a tile. */\n",
-    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])\n",
+    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -25828,7 +25839,7 @@ static const char *const springls__kernel_lines[] = {
     "                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)\n",
     "                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);\n",
     "        springls__vec_store(beside + i, n);\n",
-    "        some = some || springls__vec_any(n <= few);\n",
+    "        some = some || springls__vec_any(n <= max_neighbors);\n",
     "    }\n",
     "    return some;\n",
     "}\n",
@@ -25844,7 +25855,7 @@ static const char *const springls__kernel_lines[] = {
     "        int beyond = 0;\n",
     "        for (side = 0; side < 2; side++) {\n",
     "            float other;\n",
-    "            springls__step_to(at, 2 * axis + side, to);\n",
+    "            springls__neighbor_voxel(at, 2 * axis + side, to);\n",
     "            other = springls__phi_of(g, to);\n",
     "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
     "            width += (phi < 0.0f) == (other < 0.0f)\n",
@@ -25857,12 +25868,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when a voxel is of a part of less than min_component. */\n",
-    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)\n",
+    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)\n",
     "{\n",
     "    springls__part part;\n",
     "    float volume = 0.0f;\n",
     "    int i, place[3];\n",
-    "    if (!springls__find_small_part(g, at, most, &part)) return false;\n",
+    "    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;\n",
     "    for (i = 0; i < part.count; i++) {\n",
     "        springls__part_place(&part, i, place);\n",
     "        volume += springls__share_of_voxel(g, place);\n",
@@ -25870,14 +25881,14 @@ static const char *const springls__kernel_lines[] = {
     "    return volume < min_component;\n",
     "}\n",
     "\n",
-    "/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */\n",
+    "/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */\n",
     "SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    float phi = springls__phi_of(g, at), best = 0.5f;\n",
     "    int d, to[3];\n",
     "    for (d = 0; d < 6; d++) {\n",
     "        float other;\n",
-    "        springls__step_to(at, d, to);\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
     "        other = springls__phi_of(g, to);\n",
     "        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));\n",
     "    }\n",
@@ -25890,7 +25901,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
-    "    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
+    "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -25898,19 +25909,17 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
     "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], few = (float)(most - 1);\n",
-    "        bool some = springls__count_beside(phi, few, beside);\n",
+    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
+    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
     "        for (x = 0; x < 8; x++) {\n",
     "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > few) continue;\n",
-    "            at[0] = o[0] + x;\n",
-    "            at[1] = o[1] + (row & 7);\n",
-    "            at[2] = o[2] + (row >> 3);\n",
-    "            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            springls__row_voxel(o, row, x, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8290 \"springls.h\"\n",
+    "#line 8297 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26007,7 +26016,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8388 \"springls.h\"\n",
+    "#line 8395 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26083,7 +26092,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8465 \"springls.h\"\n",
+    "#line 8472 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26319,7 +26328,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8702 \"springls.h\"\n",
+    "#line 8709 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26344,7 +26353,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8728 \"springls.h\"\n",
+    "#line 8735 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26603,7 +26612,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8988 \"springls.h\"\n",
+    "#line 8995 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26615,7 +26624,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
-    "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
+    "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
     "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
@@ -26638,7 +26647,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
     "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
-    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \\\n",
+    "          | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -26661,7 +26670,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \\\n",
+    "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
     "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
     "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
@@ -26693,7 +26702,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26697 \"springls.h\"\n",
+    "#line 26706 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27590,10 +27599,10 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
 }
 
 /* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
-SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+SPRINGLS__FN uint32_t springls__contact_body_beside(const springls_context *ctx, const springls_context *other, int j)
 {
-    uint32_t body = other->model.set.body[j];
-    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+    uint32_t body = other->model.set.contact_body[j];
+    return ctx->last_contact_body ? ctx->last_contact_body + (body ? body : 1u) : 0u;
 }
 
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
@@ -27607,7 +27616,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
-    record.body = springls__body_beside(ctx, other, j);
+    record.contact_body = springls__contact_body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -27637,8 +27646,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
-    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
-    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
+    if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -27680,7 +27689,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
-    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
+    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));

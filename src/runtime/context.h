@@ -192,7 +192,7 @@ struct springls_context {
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
-    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
+    uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */

@@ -1,7 +1,7 @@
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
-   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
-   not every device has: it always runs on the host. */
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of
+   components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
+   precision, which not every device has: it always runs on the host. */
 #ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
 #define SPRINGLS__STAGES_VOLUME_LOCK_H
 
@@ -19,7 +19,7 @@
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; voxels    */
     int32_t node;           /* root of its tree among the links     */
-    bool speck;
+    bool tiny;
 } springls__locked_component;
 
 /* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
@@ -62,10 +62,10 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
-SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
-/* Links what springls link, and specks with the largest body. */
+/* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -76,11 +76,11 @@ SPRINGLS__FN void springls__join_linked(springls__lock *lock)
     for (i = 0; i < graph->labels.count; i++)
         if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
     for (i = 0; i < graph->before_count && largest >= 0; i++)
-        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
+        if (!graph->before[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
             springls__join_trees(lock->parent, i, graph->before_count + largest);
     for (i = 0; i < graph->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
+        lock->item[i].tiny = !now[i].cavity && springls__is_tiny_body(now[i].surface.volume);
+        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
     }
 }
 
@@ -179,7 +179,7 @@ SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lo
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
-/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+/* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
@@ -189,7 +189,7 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
+        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
     }
 }
 
@@ -211,7 +211,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
+    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -221,9 +221,9 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
         springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        if (l->item[i].cavity || item->tiny || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
         by = missing / all->rate;
-        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->offset = (float)(by < -max_offset ? -max_offset : by > max_offset ? max_offset : by);
         all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;

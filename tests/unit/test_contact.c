@@ -195,8 +195,8 @@ TEST united_balls_stay_two(void)
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &left));
     ASSERT_OK(springls_set_implicit(other, springls_implicit_sphere, &right));
     ASSERT_OK(springls_combine(ctx, SPRINGLS_OPERATION_UNION, other));
-    ASSERT(fixture_here(ctx)->set.body[0] != 0);
-    ASSERT(fixture_here(ctx)->set.body[0] != fixture_here(ctx)->set.body[springls_count(ctx) - 1]);
+    ASSERT(fixture_here(ctx)->set.contact_body[0] != 0);
+    ASSERT(fixture_here(ctx)->set.contact_body[0] != fixture_here(ctx)->set.contact_body[springls_count(ctx) - 1]);
     ASSERT_OK(steps(ctx, &step, 20));
     ASSERT_OK(springls_measure(ctx, &m));
     ASSERT_EQ(2, m.components);
@@ -269,7 +269,7 @@ TEST neighbors_are_of_their_body(void)
     lay_side(ctx, 15.9f, 1);
     side = springls_count(ctx);
     lay_side(ctx, 16.1f, 1);
-    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.body[i] = i < side ? 1u : 2u;
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
     ASSERT_OK(springls_relax(ctx));
     for (i = 0; i < side; i++)
         for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)

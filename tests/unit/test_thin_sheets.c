@@ -124,7 +124,7 @@ static int bodies(springls_context *ctx)
     int i, n = 0;
     fixture_here(ctx);
     if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) n += !parts.item[i].cavity && !springls__is_speck(parts.item[i].surface.volume);
+    for (i = 0; i < parts.count; i++) n += !parts.item[i].cavity && !springls__is_tiny_body(parts.item[i].surface.volume);
     return n;
 }
 
