@@ -244,10 +244,11 @@
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
-   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
-   and 15 % of two. Equilateral triangles about scattered particles leave gaps: for a closed surface take
-   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
+   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
+   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
+   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
+   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
 
 
    SHARP EDGES

@@ -65,6 +65,17 @@ static void json_work(struct json_writer *json, const struct benchmark_result *r
     json_string(json, "state_hash", hash);
 }
 
+static void json_coverage(struct json_writer *json, const struct benchmark_result *r)
+{
+    json_number(json, "coverage_min", r->coverage_min.area);
+    json_number(json, "coverage_mean", r->coverage_mean.area);
+    json_number(json, "coverage_max", r->coverage_max.area);
+    json_number(json, "covered_min", r->coverage_min.covered);
+    json_number(json, "covered_mean", r->coverage_mean.covered);
+    json_number(json, "covered_twice_mean", r->coverage_mean.covered_twice);
+    json_number(json, "covered_twice_max", r->coverage_max.covered_twice);
+}
+
 bool benchmark_write_json(const struct benchmark *b, const struct benchmark_options *o, const struct benchmark_result *r)
 {
     struct json_writer json;
@@ -81,9 +92,7 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     json_integer(&json, "steps", r->steps);
     json_integer(&json, "springls_initial", r->springls_initial);
     json_number(&json, "springls_mean", r->springls_mean);
-    json_number(&json, "coverage_min", r->coverage_min);
-    json_number(&json, "coverage_mean", r->coverage_mean);
-    json_number(&json, "coverage_max", r->coverage_max);
+    json_coverage(&json, r);
     json_integer(&json, "springls_final", r->springls_final);
     json_error(&json, "deformation", &r->deformation, true);
     json_error(&json, "tracking", &r->tracking, true);
@@ -155,6 +164,9 @@ void benchmark_print_table(const struct benchmark *b, const struct benchmark_opt
     printf(ROW, "", "springls", "deformation", "tracking", "at half time", "surface", "volume", "time");
     print_ours(b, r);
     print_paper(b);
+    printf("  springls lie over %.0f %% of the zero level (at least %.0f %%), two over %.0f %%; their area is %.2f to %.2f of its\n",
+           100.0 * r->coverage_mean.covered, 100.0 * r->coverage_min.covered, 100.0 * r->coverage_mean.covered_twice,
+           r->coverage_min.area, r->coverage_max.area);
     printf("  %d component%s, Euler number %d, %.1f steps a second, peak memory %.0f MiB\n", r->components,
            r->components == 1 ? "" : "s", r->euler, r->seconds_total > 0.0 ? r->steps / r->seconds_total : 0.0,
            peak_rss_mib());

@@ -1,0 +1,163 @@
+/* benchmark_coverage.c - how much of the zero level lies in springls. */
+#include "springls/benchmark.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Springls by the cell of two voxels that their middle lies in; cells 64 voxels apart share a list. */
+enum { CELLS = 32, LISTS = CELLS * CELLS * CELLS };
+
+struct cells {
+    springls_view springls;
+    int *first, *next; /* of every list; of every springl. -1: none */
+};
+
+static const float *corners_of(const struct cells *cells, int springl)
+{
+    return (const float *)(const void *)((const char *)cells->springls.data + (size_t)springl * cells->springls.stride);
+}
+
+static int cell_along(double x) { return (int)floor(0.5 * x); }
+
+static int list_at(int x, int y, int z)
+{
+    return ((z & (CELLS - 1)) * CELLS + (y & (CELLS - 1))) * CELLS + (x & (CELLS - 1));
+}
+
+static bool sort_into_cells(struct cells *cells)
+{
+    cells->first = malloc(sizeof(int) * LISTS);
+    cells->next = malloc(sizeof(int) * ((size_t)cells->springls.count + 1));
+    if (!cells->first || !cells->next) {
+        return false;
+    }
+    for (int list = 0; list < LISTS; ++list) {
+        cells->first[list] = -1;
+    }
+    for (int i = 0; i < cells->springls.count; ++i) {
+        const float *q = corners_of(cells, i);
+        int cell[3];
+        for (int k = 0; k < 3; ++k) {
+            cell[k] = cell_along(((double)q[k] + (double)q[3 + k] + (double)q[6 + k]) / 3.0);
+        }
+        const int list = list_at(cell[0], cell[1], cell[2]);
+        cells->next[i] = cells->first[list];
+        cells->first[list] = i;
+    }
+    return true;
+}
+
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    }
+}
+
+/* Computes the difference of two corners of a triangle. */
+static void edge_of(const float *triangle, int from, int to, double edge[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        edge[k] = (double)triangle[3 * to + k] - (double)triangle[3 * from + k];
+    }
+}
+
+/* Computes a normal as long as twice the area. */
+static void area2_of(const float *triangle, double area2[3])
+{
+    double a[3], b[3];
+    edge_of(triangle, 0, 1, a);
+    edge_of(triangle, 0, 2, b);
+    cross(a, b, area2);
+}
+
+/* Returns true when x, on a surface that faces `facing`, lies over a triangle of that side and within a tenth of a voxel of it. */
+static bool is_over(const float *triangle, const double x[3], const double facing[3])
+{
+    const double high = 0.1;
+    double n[3], d[3];
+    area2_of(triangle, n);
+    for (int e = 0; e < 3; ++e) {
+        double edge[3], inward[3];
+        edge_of(triangle, e, (e + 1) % 3, edge);
+        cross(n, edge, inward);
+        for (int k = 0; k < 3; ++k) {
+            d[k] = x[k] - (double)triangle[3 * e + k];
+        }
+        if (dot(inward, d) < 0.0) {
+            return false;
+        }
+    }
+    return dot(n, facing) > 0.0 && fabs(dot(n, d)) <= high * sqrt(dot(n, n));
+}
+
+static int springls_over(const struct cells *cells, const double x[3], const double facing[3])
+{
+    const int cx = cell_along(x[0]), cy = cell_along(x[1]), cz = cell_along(x[2]);
+    int over = 0;
+    for (int near = 0; near < 27; ++near) {
+        const int list = list_at(cx + near % 3 - 1, cy + near / 3 % 3 - 1, cz + near / 9 - 1);
+        for (int i = cells->first[list]; i >= 0; i = cells->next[i]) {
+            over += is_over(corners_of(cells, i), x, facing);
+        }
+    }
+    return over;
+}
+
+/* Picks a place in the i-th triangle: places of all triangles fill it evenly. */
+static void place_in(const float *triangle, int i, double x[3])
+{
+    double u = fmod(0.7548776662466927 * (i + 1), 1.0), v = fmod(0.5698402909980532 * (i + 1), 1.0), a[3], b[3];
+    if (u + v > 1.0) {
+        u = 1.0 - u;
+        v = 1.0 - v;
+    }
+    edge_of(triangle, 0, 1, a);
+    edge_of(triangle, 0, 2, b);
+    for (int k = 0; k < 3; ++k) {
+        x[k] = (double)triangle[k] + u * a[k] + v * b[k];
+    }
+}
+
+static void measure(const struct cells *cells, const springls_mesh *zero_level, struct benchmark_coverage *out)
+{
+    double area = 0.0, covered = 0.0, twice = 0.0;
+    for (int t = 0; t < zero_level->triangle_count; ++t) {
+        float triangle[9];
+        double facing[3], x[3];
+        for (int k = 0; k < 9; ++k) {
+            triangle[k] = zero_level->positions[3 * (size_t)zero_level->triangles[3 * t + k / 3] + (size_t)(k % 3)];
+        }
+        area2_of(triangle, facing);
+        place_in(triangle, t, x);
+        const double share = sqrt(dot(facing, facing));
+        const int over = springls_over(cells, x, facing);
+        area += share;
+        covered += over >= 1 ? share : 0.0;
+        twice += over >= 2 ? share : 0.0;
+    }
+    out->covered = area > 0.0 ? covered / area : 0.0;
+    out->covered_twice = area > 0.0 ? twice / area : 0.0;
+}
+
+bool benchmark_measure_coverage(springls_context *ctx, struct benchmark_coverage *out)
+{
+    struct cells cells = {{NULL, 0, 0}, NULL, NULL};
+    springls_measures measures;
+    springls_mesh zero_level;
+    if (springls_measure(ctx, &measures) != SPRINGLS_OK || springls_extract_mesh(ctx, &zero_level) != SPRINGLS_OK) {
+        return false;
+    }
+    cells.springls = springls_view_vertices(ctx);
+    const bool sorted = sort_into_cells(&cells);
+    if (sorted) {
+        measure(&cells, &zero_level, out);
+        out->area = measures.coverage;
+    }
+    springls_mesh_free(ctx, &zero_level);
+    free(cells.first);
+    free(cells.next);
+    return sorted;
+}
