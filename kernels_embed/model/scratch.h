@@ -76,7 +76,8 @@
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                   \
+    X(current_components, struct springls__current_component, 1)                                                                 \
+    X(springl_components, struct springls__bounded_components, 2)                                                                \
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \

@@ -13,8 +13,8 @@
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
 
-/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and turn
-   it too far. A masked one keeps its own. */
+/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
+   turn it too far. A masked one keeps its own. */
 SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
     const float arm = 0.45f; /* voxel */

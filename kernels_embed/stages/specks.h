@@ -127,10 +127,10 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in direction
-   d2, when it is better and the springls show that a limb passes between. */
-SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
-                                         int d2, springls__joint *best)
+/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in
+   direction d2, when it is better and the springls show that a limb passes between. */
+SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],
+                                                 int d1, int d2, springls__joint *best)
 {
     const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
@@ -165,8 +165,8 @@ SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *mode
     return best;
 }
 
-/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`, in
-   direction d1, and another inside voxel, and whose fourth corner is outside. */
+/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,
+   in direction d1, and another inside voxel, and whose fourth corner is outside. */
 SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)
 {
     int d2, to[3], other[3];
@@ -240,10 +240,11 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool here = some && springls__row_has_joint_candidate(phi);
+        bool candidates = some && springls__row_has_joint_candidate(phi);
         for (x = 0; x < 8; x++) {
+            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
             springls__row_voxel(o, row, x, at);
-            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__is_best_joint(model, at) ? inside : phi[x];
+            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
         }
     }
 }
@@ -257,8 +258,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls_
     return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
 }
 
-/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `max_neighbors`. phi
-   points into a tile. */
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than
+   `max_neighbors`. phi points into a tile. */
 SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])
 {
     bool some = false;
@@ -332,7 +333,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
-    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);

@@ -187,7 +187,8 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
