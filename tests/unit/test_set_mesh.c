@@ -348,6 +348,44 @@ TEST large_triangles_are_divided(void)
     PASS();
 }
 
+/* Long thin triangles are divided into as many springls for their area as others, without slivers; they meet corner to corner,
+   face alike and cover the bar. */
+TEST long_triangles_are_divided_as_strips(void)
+{
+    static const double lengths[4] = { 16.0, 64.0, 65.3, 128.0 };
+    int i, k, turned;
+    for (i = 0; i < 8; i++) {
+        const double length = lengths[i / 2], widths[2] = { 3.0, 1.6 }, w = widths[i % 2];
+        springls_desc desc = cube(16);
+        springls_mesh soup;
+        double area = 0.0;
+        int *index, count;
+        desc.grid.size[0] = (int)length + 12;
+        clear_mesh();
+        turned = i % 3 == 1;
+        add_box(d3_make(0.5 * length + 5.3, 7.4, 7.2), d3_make(0.5 * length, 0.5 * w, 0.5 * w), d3_make(turned ? 0.4 : 0.0, 0.0, 0.0));
+        ASSERT_OK(set_mesh(&desc));
+        count = springls_count(ctx);
+        ASSERT_GTE(count, report.area);
+        ASSERT_LTE(count, 2.7 * report.area);
+        for (k = 0; k < count; k++) {
+            d3 a = corner_of(k, 0), b = corner_of(k, 1), c = corner_of(k, 2);
+            area += 0.5 * d3_length(d3_cross(d3_sub(b, a), d3_sub(c, a)));
+        }
+        ASSERT_IN_RANGE(report.area, area, 1e-4 * area);
+        ASSERT_OK(springls_extract_soup(ctx, &soup));
+        index = (int *)malloc(3 * (size_t)count * sizeof *index);
+        for (k = 0; k < 3 * count; k++) index[k] = k;
+        ASSERT_OK(springls_set_mesh(ctx, soup.positions, 3 * count, 0, index, count, &report));
+        ASSERT(report.closed && !report.flipped && report.components == 1);
+        ASSERT_EQ(0, report.triangles_dropped);
+        springls_mesh_free(ctx, &soup);
+        free(index);
+        springls_destroy(ctx);
+    }
+    PASS();
+}
+
 /* A turn in 20 steps: without parts the twelve springls lose a third of the volume. */
 TEST twelve_triangles_keep_their_volume(void)
 {
@@ -911,6 +949,7 @@ SUITE(clean)
     RUN_TEST(mirrored_grid);
     RUN_TEST(box_of_twelve_triangles);
     RUN_TEST(large_triangles_are_divided);
+    RUN_TEST(long_triangles_are_divided_as_strips);
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
     RUN_TEST(huge_triangles_in_a_small_grid);
