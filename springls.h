@@ -365,10 +365,11 @@
    step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, 0.98 to 1.1 from the first resampling on (without
-   cover: 0.25 to 0.35). Of the zero level 84 to 90 % lie within a tenth of a voxel of a springl that faces the same way,
-   and 15 % of two. Equilateral triangles about scattered particles leave gaps: for a closed surface take
-   springls_extract_mesh. The coverage is higher where a sheet is so thin that its zero level is islands.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
+   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
+   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
+   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
+   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
 
    SHARP EDGES
 
@@ -465,8 +466,10 @@
 
    The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
    motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. Where bodies meet and are torn apart again the share is lower: a springl there may belong to
-   either. With the paper's parameters splits copy correspondences, and estimates are about half a voxel.
+   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
+   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   half a voxel.
 
    VOLUME LOCK
 
@@ -1936,7 +1939,8 @@ typedef union springls__arguments {
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                   \
+    X(current_components, struct springls__current_component, 1)                                                                 \
+    X(springl_components, struct springls__bounded_components, 2)                                                                \
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
@@ -4010,8 +4014,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split
    or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on the motions that tests and benchmarks have */
-#define SPRINGLS__UNKNOWN_ERROR 1.0f /* voxels: of a springl with too few neighbors for a fit */
+#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */
+#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
 typedef struct springls__span {
@@ -4653,7 +4657,8 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
@@ -5479,8 +5484,8 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
 
-/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and turn
-   it too far. A masked one keeps its own. */
+/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
+   turn it too far. A masked one keeps its own. */
 SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
     const float arm = 0.45f; /* voxel */
@@ -8069,10 +8074,10 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in direction
-   d2, when it is better and the springls show that a limb passes between. */
-SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
-                                         int d2, springls__joint *best)
+/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in
+   direction d2, when it is better and the springls show that a limb passes between. */
+SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],
+                                                 int d1, int d2, springls__joint *best)
 {
     const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
@@ -8107,8 +8112,8 @@ SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *mode
     return best;
 }
 
-/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`, in
-   direction d1, and another inside voxel, and whose fourth corner is outside. */
+/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,
+   in direction d1, and another inside voxel, and whose fourth corner is outside. */
 SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)
 {
     int d2, to[3], other[3];
@@ -8182,10 +8187,11 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool here = some && springls__row_has_joint_candidate(phi);
+        bool candidates = some && springls__row_has_joint_candidate(phi);
         for (x = 0; x < 8; x++) {
+            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
             springls__row_voxel(o, row, x, at);
-            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__is_best_joint(model, at) ? inside : phi[x];
+            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
         }
     }
 }
@@ -8199,8 +8205,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls_
     return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
 }
 
-/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `max_neighbors`. phi
-   points into a tile. */
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than
+   `max_neighbors`. phi points into a tile. */
 SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])
 {
     bool some = false;
@@ -8274,7 +8280,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
-    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -11559,14 +11565,14 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 /* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
 typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
 
-/* A component of phi as it is now. */
-typedef struct springls__component_now {
+/* A current component of phi. */
+typedef struct springls__current_component {
     springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
     int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
-} springls__component_now;
+} springls__current_component;
 
 /* What one component has in one brick, as a node of the forest. */
 typedef struct springls__node_sums {
@@ -11576,10 +11582,10 @@ typedef struct springls__node_sums {
     bool outside;
 } springls__node_sums;
 
-/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+/* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
    then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
-    springls__component_now *item;
+    springls__current_component *item;
     int count;
     const int32_t *rank;     /* slot -> place in `active`                                                       */
     const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
@@ -12039,7 +12045,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
 }
 
 /* Adds a node to its component. */
-SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+SPRINGLS__FN void springls__add_node(springls__current_component *item, const springls__node_sums *node)
 {
     springls__add_sums(&item->surface, &node->surface, 1.0);
     if (node->deepest < 0) return;
@@ -12054,8 +12060,8 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
 {
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
-    l->item = springls__components_now(&ctx->model);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, current_components, l->count + 1));
+    l->item = springls__current_components(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
     for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
         if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);
@@ -12134,9 +12140,9 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
 }
 
 /* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
-   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
-   volumes that components are to keep (volume_lock.h). */
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of its previous component, and
+   votes for a link between that one and its current one. Links make events (events.h) and pass on the volumes that components
+   are to keep (volume_lock.h). */
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
@@ -12145,20 +12151,20 @@ typedef struct springls__component {
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
-/* The components that a springl bounds now, -1: none. */
-typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
+/* The current components that a springl bounds, -1: none. */
+typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
-/* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__component_link { int32_t before, now; } springls__component_link;
+/* A previous component, by its place in the list, and one of the current ones that it has become. */
+typedef struct springls__component_link { int32_t previous, current; } springls__component_link;
 
-/* The components before and now, and what links them. */
+/* The previous and the current components, and their links. */
 typedef struct springls__component_graph {
-    const springls__component *before;
-    int before_count;
+    const springls__component *previous;
+    int previous_count;
     springls__labels labels;
-    springls__springl_components *place;   /* one a springl                          */
-    springls__component_link *link;        /* by `before`, then by `now`             */
-    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
+    springls__bounded_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `previous`, then by `current`       */
+    springls__component_link *link_by_current; /* by `current`, then by `previous`   */
     int link_count;
 } springls__component_graph;
 
@@ -12185,7 +12191,7 @@ SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Clears the list of components: ids go on where they were. */
+/* Clears the list of components. New ones get ids that none has had. */
 SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
@@ -12202,14 +12208,14 @@ SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 
 /* ---- links ---- */
 
-SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+SPRINGLS__FN uint64_t springls__vote(int32_t previous, int32_t current) { return (uint64_t)previous << 32 | (uint64_t)current; }
 
 typedef struct springls__place_job {
     const springls_context *ctx;
     springls__component_graph *graph;
 } springls__place_job;
 
-/* Finds what springls bound now. */
+/* Finds the current components that springls bound. */
 SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
 {
     const springls__place_job *job = (const springls__place_job *)arg;
@@ -12218,7 +12224,8 @@ SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
                                 &job->graph->place[begin].body, &job->graph->place[begin].cavity);
 }
 
-/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+/* Collects the votes of springls, and counts those of every component: first the previous ones, then the current ones. Returns
+   how many votes there are. */
 SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
                                             int64_t *count)
 {
@@ -12226,15 +12233,15 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const s
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
-        int32_t before[2], now[2];
-        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
-        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
-        now[0] = graph->place[i].body;
-        now[1] = graph->place[i].cavity;
+        int32_t previous[2], current[2];
+        previous[0] = springls__find_component(graph->previous, graph->previous_count, set->component[i]);
+        previous[1] = springls__find_component(graph->previous, graph->previous_count, set->cavity[i]);
+        current[0] = graph->place[i].body;
+        current[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
-            if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[graph->before_count + now[c]]++;
-            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+            if (previous[c] >= 0) count[previous[c]]++;
+            if (current[c] >= 0) count[graph->previous_count + current[c]]++;
+            if (previous[c] >= 0 && current[c] >= 0) votes[n++] = springls__vote(previous[c], current[c]);
         }
     }
     return n;
@@ -12253,47 +12260,47 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
     while (i < vote_count) {
         springls__component_link link;
         int64_t votes_here;
-        link.before = (int32_t)(votes[i] >> 32);
-        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        link.previous = (int32_t)(votes[i] >> 32);
+        link.current = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before])
-            || springls__is_link(votes_here, count[graph->before_count + link.now]))
+        if (graph->previous[link.previous].view.cavity != graph->labels.item[link.current].cavity) continue;
+        if (springls__is_link(votes_here, count[link.previous])
+            || springls__is_link(votes_here, count[graph->previous_count + link.current]))
             graph->link[graph->link_count++] = link;
     }
 }
 
-/* Sorts links by what is now. key: room for one a link. */
-SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+/* Sorts links by their current components. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_current(springls__component_graph *graph, uint64_t *key)
 {
     int i;
-    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].current, graph->link[i].previous);
     springls__sort_keys(key, (size_t)graph->link_count);
-    graph->link_by_now = graph->link + graph->link_count;
+    graph->link_by_current = graph->link + graph->link_count;
     for (i = 0; i < graph->link_count; i++) {
-        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
-        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+        graph->link_by_current[i].current = (int32_t)(key[i] >> 32);
+        graph->link_by_current[i].previous = (int32_t)(key[i] & 0xffffffffu);
     }
 }
 
-/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+/* Finds the links of a previous or a current component. Returns the first of *count. */
 SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
-                                                                bool now, int *count)
+                                                                bool current, int *count)
 {
-    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    const springls__component_link *list = current ? graph->link_by_current : graph->link;
     int low = 0, high = graph->link_count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        if ((current ? list[middle].current : list[middle].previous) < component) low = middle + 1;
         else high = middle;
     }
-    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    while (high < graph->link_count && (current ? list[high].current : list[high].previous) == component) high++;
     *count = high - low;
     return list + low;
 }
 
-/* Finds the components as they are now, and links them to those before. */
+/* Finds the current components, and links them to the previous ones. */
 SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
@@ -12301,13 +12308,13 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     int64_t *count;
     springls__place_job job;
     SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
-    graph->before = springls__component_list(ctx);
-    graph->before_count = ctx->component_count;
-    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    graph->previous = springls__component_list(ctx);
+    graph->previous_count = ctx->component_count;
+    nodes = (size_t)graph->previous_count + (size_t)graph->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, springl_components, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    graph->place = springls__places_now(&ctx->model);
+    graph->place = springls__springl_components(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
@@ -12319,7 +12326,7 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
     graph->link = springls__component_links(&ctx->model);
     springls__link_by_votes(graph, vote, votes, count);
-    springls__sort_links_by_now(graph, vote);
+    springls__sort_links_by_current(graph, vote);
     return SPRINGLS_OK;
 }
 
@@ -12338,23 +12345,23 @@ SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
    ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = graph->labels.item;
+    springls__current_component *item = graph->labels.item;
     uint64_t *order;
     int i, k;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->previous_count + 1));
     order = springls__component_order(&ctx->model);
-    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
-    springls__sort_keys(order, (size_t)graph->before_count);
-    for (k = 0; k < graph->before_count; k++) {
-        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+    for (i = 0; i < graph->previous_count; i++) order[i] = springls__volume_key(graph->previous[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->previous_count);
+    for (k = 0; k < graph->previous_count; k++) {
+        int32_t previous = (int32_t)(order[k] & 0xffffffffu), largest = -1;
         int links;
-        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        const springls__component_link *link = springls__links_of(graph, previous, false, &links);
         for (i = 0; i < links; i++) {
-            int32_t now = link[i].now;
-            if (item[now].id) continue;
-            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
+            int32_t current = link[i].current;
+            if (item[current].id) continue;
+            if (largest < 0 || item[current].surface.volume > item[largest].surface.volume) largest = current;
         }
-        if (largest >= 0) item[largest].id = graph->before[before].view.id;
+        if (largest >= 0) item[largest].id = graph->previous[previous].view.id;
     }
     for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
@@ -12362,7 +12369,7 @@ SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ct
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__current_component *item,
                                            springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
@@ -12383,20 +12390,20 @@ SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__springl_components now = graph->place[i];
-        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
+        springls__bounded_components current = graph->place[i];
+        if (current.body >= 0) set->component[i] = graph->labels.item[current.body].id;
+        set->cavity[i] = current.cavity >= 0 ? graph->labels.item[current.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
+/* Makes room for the list of `count` current components, beside that of the previous ones, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
-/* Replaces the list by the components now, by ascending ids. */
+/* Replaces the list by the current components, by ascending ids. */
 SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
@@ -12406,7 +12413,7 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
     springls__sort_keys(order, (size_t)graph->labels.count);
     for (i = 0; i < graph->labels.count; i++) {
-        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        const springls__current_component *item = &graph->labels.item[order[i] & 0xffffffffu];
         memset(&list[i], 0, sizeof *list);
         springls__write_component_view(ctx, item, &list[i].view);
         springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
@@ -13481,10 +13488,10 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
+SPRINGLS__FN void springls__add_current_part(springls_context *ctx, const springls__component_graph *graph, int32_t current)
 {
     springls_component part;
-    springls__write_component_view(ctx, &graph->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[current], &part);
     springls__add_event_part(ctx, &part);
 }
 
@@ -13497,9 +13504,9 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
         for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
 }
 
-/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+/* Sets the place of a split of `previous`, or, with previous < 0, of a merger into `current`. */
 SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
-                                                     int32_t before, int32_t now, springls_event *event)
+                                                     int32_t previous, int32_t current, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -13512,69 +13519,69 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
-        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
-        if (component_before < 0 || component_now < 0) continue;
-        if (before >= 0 ? component_before != before : component_now != now) continue;
+        int32_t previous_component = springls__find_component(graph->previous, graph->previous_count, id);
+        int32_t current_component = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (previous_component < 0 || current_component < 0) continue;
+        if (previous >= 0 ? previous_component != previous : current_component != current) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
+        seam.item[seam.count++].component = previous >= 0 ? current_component : previous_component;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the deaths and splits of a component before. */
+/* Lists the death or split of a previous component. */
 SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
-                                                            int32_t before)
+                                                            int32_t previous)
 {
-    const springls_component *view = &graph->before[before].view;
+    const springls_component *view = &graph->previous[previous].view;
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
+    const springls__component_link *link = springls__links_of(graph, previous, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
     springls__add_event_part(ctx, view);
-    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
-    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
+    for (i = 0; i < parts; i++) springls__add_current_part(ctx, graph, link[i].current);
+    if (parts) return springls__place_at_seam(ctx, graph, previous, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the births and mergers of a component of now. */
+/* Lists the birth or merger of a current component. */
 SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
-                                                             int32_t now)
+                                                             int32_t current)
 {
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
+    const springls__component_link *link = springls__links_of(graph, current, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
-                                graph->labels.item[now].cavity);
+                                graph->labels.item[current].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
-    springls__add_part_now(ctx, graph, now);
-    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->previous[link[i].previous].view);
+    springls__add_current_part(ctx, graph, current);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, current, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
-   still. On failure the list stays as it was. */
+/* Lists deaths and splits of the previous components by their ids, then births and mergers of the current ones. Springls have
+   their previous ids still. On failure the list stays as it was. */
 SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
+    const size_t most = (size_t)graph->previous_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->previous_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
     for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
@@ -13584,7 +13591,7 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 
 /* ---- following ---- */
 
-/* Finds the components as they are now, and their ids. */
+/* Finds the current components and their ids. */
 SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
     SPRINGLS__TRY(springls__link_components(ctx, graph));
@@ -13592,7 +13599,7 @@ SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx
     return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
-/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+/* Lists the events, unless the components are the first ones, and replaces the previous components by the current ones. */
 SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
     if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));
@@ -13616,14 +13623,14 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
    components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
    precision, which not every device has: it always runs on the host. */
 
-/* What the lock keeps of a component as it is now. */
+/* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; voxels    */
     int32_t node;           /* root of its tree among the links     */
     bool tiny;
 } springls__locked_component;
 
-/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+/* A previous or current component as a node of the links; the numbers are those of all its tree when it is a root. */
 typedef struct springls__lock_node {
     double target, volume, area;
     double rate;            /* volume that an offset of a voxel gains                            */
@@ -13632,19 +13639,19 @@ typedef struct springls__lock_node {
 
 typedef struct springls__lock {
     springls__component_graph graph;
-    springls__locked_component *item; /* one a component of now               */
-    springls__lock_node *node;        /* components before, then those of now */
+    springls__locked_component *item; /* one a current component              */
+    springls__lock_node *node;        /* previous components, then current    */
     int32_t *parent;                  /* their forest                         */
     int32_t *body;                    /* of every voxel of active bricks      */
 } springls__lock;
 
-/* ---- target volumes: components before and now that springls link have one target together ---- */
+/* ---- target volumes: previous and current components that are linked have one target together ---- */
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    size_t current = (size_t)graph->labels.count, nodes = (size_t)graph->previous_count + current, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, current + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
@@ -13652,13 +13659,13 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
-    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
-        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
-            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
+        if (i < (size_t)graph->previous_count) lock->node[i].target = graph->previous[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->previous_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->previous_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
@@ -13670,26 +13677,26 @@ SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; 
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    const springls__component_now *now = graph->labels.item;
+    const springls__current_component *current = graph->labels.item;
     int i, largest = -1;
     for (i = 0; i < graph->link_count; i++)
-        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+        springls__join_trees(lock->parent, graph->link[i].previous, graph->previous_count + graph->link[i].current);
     for (i = 0; i < graph->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
-    for (i = 0; i < graph->before_count && largest >= 0; i++)
-        if (!graph->before[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
-            springls__join_trees(lock->parent, i, graph->before_count + largest);
+        if (!current[i].cavity && (largest < 0 || current[i].surface.volume > current[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->previous_count && largest >= 0; i++)
+        if (!graph->previous[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->previous_count + largest);
     for (i = 0; i < graph->labels.count; i++) {
-        lock->item[i].tiny = !now[i].cavity && springls__is_tiny_body(now[i].surface.volume);
-        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
+        lock->item[i].tiny = !current[i].cavity && springls__is_tiny_body(current[i].surface.volume);
+        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->previous_count + i, graph->previous_count + largest);
     }
 }
 
-/* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
+/* Sums targets and volumes of linked components; one that is linked to no previous one has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    int i, nodes = graph->before_count + graph->labels.count;
+    int i, nodes = graph->previous_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
@@ -13698,7 +13705,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
     }
     for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->previous_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -13799,7 +13806,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
+    for (i = 0; i < graph->previous_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -15563,20 +15570,25 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
 }
 
 /* ======== >>split_input  (src/input/split_input.h) ============================================================= */
-/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
-   the middle of the longest edge, until no edge is too long. Whether and where an edge is divided depends on its two ends alone,
-   so triangles are divided alike on both sides of it, and no gap can open between them when they move. */
+/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel.
+   A wide part is cut from the middle of its longest edge to the opposite corner; a narrow one would be cut into slivers and is
+   divided as a strip instead, between the points of its longest edge and those of the other two. The points of an edge are the
+   middles of its parts until none is too long: they depend on its two ends alone, so triangles are divided alike on both sides
+   of it, and no gap can open between them when they move. */
 
-enum { SPRINGLS__SPLIT_STACK = 256 };
+enum { SPRINGLS__SPLIT_STACK = 256, SPRINGLS__CHAIN_DEPTH = 64 };
 
 /* Holds a part of an input triangle, in double precision: a part near the grid may be of a triangle with far corners. */
 typedef struct springls__split_part { double q[3][3]; } springls__split_part;
+
+/* Holds a place on a chain of points: the point, and the ends of the parts ahead of it, the nearest last. */
+typedef struct springls__chain { double at[3], ahead[SPRINGLS__CHAIN_DEPTH][3]; int count; } springls__chain;
 
 /* Holds what parts are divided by. room: how many more springls there may be. */
 typedef struct springls__split_rule { double longest2, lower[3], upper[3]; int room; } springls__split_rule;
 
 /* Returns the rule for a model of `given` triangles. An equilateral triangle of the largest edge is no larger than split_area, so
-   that resample leaves all parts as they are. */
+   that resample leaves the parts as they are; in strips a few diagonals are longer. */
 SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context *ctx, int given)
 {
     const double margin = 0.5 + (double)ctx->model.params.band_half_width; /* beyond the outermost voxels */
@@ -15586,6 +15598,7 @@ SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context
     int k;
     rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
     if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
+
     rule.room = springls__imax(ctx->desc.max_springls - given, 0);
     for (k = 0; k < 3; k++) {
         rule.lower[k] = -margin;
@@ -15594,29 +15607,33 @@ SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context
     return rule;
 }
 
-/* Returns true when the bounds of a part meet the grid. */
-SPRINGLS__FN bool springls__part_in_grid(const springls__split_rule *rule, const springls__split_part *part)
+/* Returns true when the bounds of some points meet the grid. */
+SPRINGLS__FN bool springls__points_in_grid(const springls__split_rule *rule, const double (*q)[3], int count)
 {
     int i, k;
     for (k = 0; k < 3; k++) {
         int below = 0, above = 0;
-        for (i = 0; i < 3; i++) {
-            below += part->q[i][k] < rule->lower[k];
-            above += part->q[i][k] > rule->upper[k];
+        for (i = 0; i < count; i++) {
+            below += q[i][k] < rule->lower[k];
+            above += q[i][k] > rule->upper[k];
         }
-        if (below == 3 || above == 3) return false;
+        if (below == count || above == count) return false;
     }
     return true;
+}
+
+SPRINGLS__FN double springls__squared_distance(const double a[3], const double b[3])
+{
+    return (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]) + (b[2] - a[2]) * (b[2] - a[2]);
 }
 
 /* Returns the longest edge: 0, 1 or 2, from that corner to the next; and its squared length. */
 SPRINGLS__FN int springls__part_longest_edge(const springls__split_part *part, double *length2)
 {
-    int m, k, longest = 0;
+    int m, longest = 0;
     *length2 = -1.0;
     for (m = 0; m < 3; m++) {
-        double sum = 0.0;
-        for (k = 0; k < 3; k++) sum += (part->q[(m + 1) % 3][k] - part->q[m][k]) * (part->q[(m + 1) % 3][k] - part->q[m][k]);
+        const double sum = springls__squared_distance(part->q[m], part->q[(m + 1) % 3]);
         if (sum <= *length2) continue;
         *length2 = sum;
         longest = m;
@@ -15647,6 +15664,102 @@ SPRINGLS__FN springls_status springls__part_append(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
+/* ---- narrow parts ---- */
+
+/* Puts a chain at the first point of a path over three. */
+SPRINGLS__FN void springls__chain_start(springls__chain *chain, const double from[3], const double over[3], const double to[3])
+{
+    memcpy(chain->at, from, sizeof chain->at);
+    memcpy(chain->ahead[0], to, sizeof chain->ahead[0]);
+    memcpy(chain->ahead[1], over, sizeof chain->ahead[1]);
+    chain->count = 2;
+}
+
+/* Divides what is ahead until the next part is not too long, or lies outside of the grid. Returns the end of that part. */
+SPRINGLS__FN const double *springls__chain_next(const springls__split_rule *rule, springls__chain *chain)
+{
+    for (; chain->count < SPRINGLS__CHAIN_DEPTH; chain->count++) {
+        double part[2][3];
+        int k;
+        memcpy(part[0], chain->at, sizeof part[0]);
+        memcpy(part[1], chain->ahead[chain->count - 1], sizeof part[1]);
+        if (!(springls__squared_distance(part[0], part[1]) > rule->longest2)) break;
+        if (!springls__points_in_grid(rule, (const double (*)[3])part, 2)) break;
+        for (k = 0; k < 3; k++) chain->ahead[chain->count][k] = 0.5 * (part[0][k] + part[1][k]);
+    }
+    return chain->ahead[chain->count - 1];
+}
+
+/* Moves a chain to the end of the next part. */
+SPRINGLS__FN void springls__chain_advance(const springls__split_rule *rule, springls__chain *chain)
+{
+    memcpy(chain->at, springls__chain_next(rule, chain), sizeof chain->at);
+    chain->count--;
+}
+
+/* Puts the chains of a part at the start of its longest edge. base: over that edge; other: over the opposite corner. */
+SPRINGLS__FN void springls__part_chains(const springls__split_part *part, int edge, springls__chain *base, springls__chain *other)
+{
+    const double *from = part->q[edge], *to = part->q[(edge + 1) % 3];
+    double middle[3];
+    int k;
+    for (k = 0; k < 3; k++) middle[k] = 0.5 * (from[k] + to[k]);
+    springls__chain_start(base, from, middle, to);
+    springls__chain_start(other, from, part->q[(edge + 2) % 3], to);
+}
+
+/* Returns how many triangles divide a part as a strip, at most `most`. */
+SPRINGLS__FN int springls__strip_size(const springls__split_rule *rule, const springls__split_part *part, int edge, int most)
+{
+    springls__chain chain[2];
+    int i, points = 0;
+    springls__part_chains(part, edge, &chain[0], &chain[1]);
+    for (i = 0; i < 2; i++)
+        for (; chain[i].count && points - 2 < most; points++) springls__chain_advance(rule, &chain[i]);
+    return points - 2;
+}
+
+/* Returns true when the next triangle of a strip takes a point of the base: of the two diagonals, the shorter. The ends of the
+   strip are not paired with points that lie on one line with them. */
+SPRINGLS__FN bool springls__strip_takes_base(const springls__split_rule *rule, springls__chain *base, springls__chain *other)
+{
+    const double *next_base = springls__chain_next(rule, base), *next_other = springls__chain_next(rule, other);
+    if (base->count == 1 || other->count == 1) return other->count == 1;
+    return springls__squared_distance(next_base, other->at) <= springls__squared_distance(base->at, next_other);
+}
+
+/* Appends the triangles between the two chains of a part, oriented like it. */
+SPRINGLS__FN springls_status springls__append_strip(springls_context *ctx, const springls__split_rule *rule,
+                                                    const springls__split_part *part, int edge)
+{
+    springls__chain base, other;
+    bool take_base = true;
+    springls__part_chains(part, edge, &base, &other);
+    springls__chain_advance(rule, &other);
+    while (base.count) {
+        springls__chain *taken = take_base ? &base : &other;
+        springls__split_part piece;
+        memcpy(piece.q[0], base.at, sizeof piece.q[0]);
+        memcpy(piece.q[2], other.at, sizeof piece.q[2]);
+        springls__chain_advance(rule, taken);
+        memcpy(piece.q[1], taken->at, sizeof piece.q[1]);
+        SPRINGLS__TRY(springls__part_append(ctx, &piece));
+        if (base.count) take_base = springls__strip_takes_base(rule, &base, &other);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns true when the height over the longest edge is no more than a springl's. */
+SPRINGLS__FN bool springls__part_is_narrow(const springls__split_rule *rule, const springls__split_part *part, int edge,
+                                           double length2)
+{
+    const double *a = part->q[edge], *b = part->q[(edge + 1) % 3], *c = part->q[(edge + 2) % 3];
+    double along = 0.0;
+    int k;
+    for (k = 0; k < 3; k++) along += (b[k] - a[k]) * (c[k] - a[k]);
+    return springls__squared_distance(a, c) - along * along / length2 <= rule->longest2;
+}
+
 /* Appends the springls of one triangle. Parts outside of the grid stay whole; so do those beyond max_springls, which are counted
    as refused. */
 SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, springls__split_rule *rule, const springls__v3 q[3])
@@ -15662,8 +15775,13 @@ SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, spr
         const springls__split_part part = stack[--top];
         double length2;
         int edge = springls__part_longest_edge(&part, &length2);
-        bool large = length2 > rule->longest2 && springls__part_in_grid(rule, &part);
-        if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
+        const bool large = length2 > rule->longest2 && springls__points_in_grid(rule, part.q, 3);
+        const bool narrow = large && springls__part_is_narrow(rule, &part, edge, length2);
+        const int more = narrow ? springls__strip_size(rule, &part, edge, springls__imin(rule->room, INT32_MAX - 4) + 2) - 1 : 0;
+        if (narrow && more <= rule->room) {
+            SPRINGLS__TRY(springls__append_strip(ctx, rule, &part, edge));
+            rule->room -= more;
+        } else if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
             springls__part_halve(part, edge, &stack[top + 1], &stack[top]);
             rule->room--;
             top += 2;
@@ -19829,7 +19947,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 839 \"springls.h\"\n",
+    "#line 842 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -19935,7 +20053,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1784 \"springls.h\"\n",
+    "#line 1787 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20013,7 +20131,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1863 \"springls.h\"\n",
+    "#line 1866 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20090,7 +20208,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                   \\\n",
+    "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
+    "    X(springl_components, struct springls__bounded_components, 2)                                                                \\\n",
     "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
     "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
@@ -20098,7 +20217,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1949 \"springls.h\"\n",
+    "#line 1953 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20174,7 +20293,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2026 \"springls.h\"\n",
+    "#line 2030 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20193,7 +20312,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2046 \"springls.h\"\n",
+    "#line 2050 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20208,7 +20327,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2062 \"springls.h\"\n",
+    "#line 2066 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20332,7 +20451,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2186 \"springls.h\"\n",
+    "#line 2190 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20358,7 +20477,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2213 \"springls.h\"\n",
+    "#line 2217 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20509,7 +20628,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2365 \"springls.h\"\n",
+    "#line 2369 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20524,7 +20643,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2380 \"springls.h\"\n",
+    "#line 2384 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20648,14 +20767,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2504 \"springls.h\"\n",
+    "#line 2508 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2512 \"springls.h\"\n",
+    "#line 2516 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20667,7 +20786,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2524 \"springls.h\"\n",
+    "#line 2528 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20682,7 +20801,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2540 \"springls.h\"\n",
+    "#line 2544 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20726,7 +20845,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2584 \"springls.h\"\n",
+    "#line 2588 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20741,7 +20860,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2599 \"springls.h\"\n",
+    "#line 2603 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20785,7 +20904,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2643 \"springls.h\"\n",
+    "#line 2647 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -20864,7 +20983,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2722 \"springls.h\"\n",
+    "#line 2726 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20879,7 +20998,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2738 \"springls.h\"\n",
+    "#line 2742 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -20942,7 +21061,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2801 \"springls.h\"\n",
+    "#line 2805 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20957,7 +21076,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2816 \"springls.h\"\n",
+    "#line 2820 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21020,7 +21139,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2880 \"springls.h\"\n",
+    "#line 2884 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21356,7 +21475,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3217 \"springls.h\"\n",
+    "#line 3221 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -21797,7 +21916,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3659 \"springls.h\"\n",
+    "#line 3663 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -21973,7 +22092,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3836 \"springls.h\"\n",
+    "#line 3840 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22146,12 +22265,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4010 \"springls.h\"\n",
+    "#line 4014 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on the motions that tests and benchmarks have */\n",
-    "#define SPRINGLS__UNKNOWN_ERROR 1.0f /* voxels: of a springl with too few neighbors for a fit */\n",
+    "#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
     "typedef struct springls__span {\n",
@@ -22279,7 +22398,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4144 \"springls.h\"\n",
+    "#line 4148 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22288,7 +22407,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4153 \"springls.h\"\n",
+    "#line 4157 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22303,7 +22422,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4169 \"springls.h\"\n",
+    "#line 4173 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22316,7 +22435,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4182 \"springls.h\"\n",
+    "#line 4186 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22331,7 +22450,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4197 \"springls.h\"\n",
+    "#line 4201 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22344,7 +22463,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4210 \"springls.h\"\n",
+    "#line 4214 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22605,7 +22724,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4962 \"springls.h\"\n",
+    "#line 4967 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22631,7 +22750,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4989 \"springls.h\"\n",
+    "#line 4994 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22700,7 +22819,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5059 \"springls.h\"\n",
+    "#line 5064 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22802,7 +22921,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5162 \"springls.h\"\n",
+    "#line 5167 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -22893,7 +23012,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5254 \"springls.h\"\n",
+    "#line 5259 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23111,7 +23230,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5473 \"springls.h\"\n",
+    "#line 5478 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23121,8 +23240,8 @@ static const char *const springls__kernel_lines[] = {
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
     "\n",
-    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and turn\n",
-    "   it too far. A masked one keeps its own. */\n",
+    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and\n",
+    "   turn it too far. A masked one keeps its own. */\n",
     "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float arm = 0.45f; /* voxel */\n",
@@ -23237,7 +23356,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5600 \"springls.h\"\n",
+    "#line 5605 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23313,7 +23432,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5677 \"springls.h\"\n",
+    "#line 5682 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23328,7 +23447,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5692 \"springls.h\"\n",
+    "#line 5697 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23343,7 +23462,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5708 \"springls.h\"\n",
+    "#line 5713 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23354,7 +23473,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5719 \"springls.h\"\n",
+    "#line 5724 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23369,7 +23488,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5734 \"springls.h\"\n",
+    "#line 5739 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23380,7 +23499,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5745 \"springls.h\"\n",
+    "#line 5750 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23483,7 +23602,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5849 \"springls.h\"\n",
+    "#line 5854 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -23962,7 +24081,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6329 \"springls.h\"\n",
+    "#line 6334 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24069,7 +24188,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6437 \"springls.h\"\n",
+    "#line 6442 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24205,7 +24324,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6574 \"springls.h\"\n",
+    "#line 6579 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24394,7 +24513,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6764 \"springls.h\"\n",
+    "#line 6769 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24505,7 +24624,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6876 \"springls.h\"\n",
+    "#line 6881 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24518,7 +24637,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6890 \"springls.h\"\n",
+    "#line 6895 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -24864,7 +24983,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7237 \"springls.h\"\n",
+    "#line 7242 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25015,7 +25134,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7389 \"springls.h\"\n",
+    "#line 7394 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25045,7 +25164,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7419 \"springls.h\"\n",
+    "#line 7424 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25060,7 +25179,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7435 \"springls.h\"\n",
+    "#line 7440 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25229,7 +25348,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7604 \"springls.h\"\n",
+    "#line 7609 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25244,7 +25363,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7619 \"springls.h\"\n",
+    "#line 7624 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25413,7 +25532,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7788 \"springls.h\"\n",
+    "#line 7793 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25449,7 +25568,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7825 \"springls.h\"\n",
+    "#line 7830 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25573,7 +25692,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7950 \"springls.h\"\n",
+    "#line 7955 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -25696,10 +25815,10 @@ static const char *const springls__kernel_lines[] = {
     "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
     "}\n",
     "\n",
-    "/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in direction\n",
-    "   d2, when it is better and the springls show that a limb passes between. */\n",
-    "SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
-    "                                         int d2, springls__joint *best)\n",
+    "/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in\n",
+    "   direction d2, when it is better and the springls show that a limb passes between. */\n",
+    "SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],\n",
+    "                                                 int d1, int d2, springls__joint *best)\n",
     "{\n",
     "    const float near_by = 1.6f; /* voxels */\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -25734,8 +25853,8 @@ static const char *const springls__kernel_lines[] = {
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`, in\n",
-    "   direction d1, and another inside voxel, and whose fourth corner is outside. */\n",
+    "/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,\n",
+    "   in direction d1, and another inside voxel, and whose fourth corner is outside. */\n",
     "SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
     "{\n",
     "    int d2, to[3], other[3];\n",
@@ -25809,10 +25928,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
     "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool here = some && springls__row_has_joint_candidate(phi);\n",
+    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
     "        for (x = 0; x < 8; x++) {\n",
+    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__is_best_joint(model, at) ? inside : phi[x];\n",
+    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -25826,8 +25946,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));\n",
     "}\n",
     "\n",
-    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `max_neighbors`. phi\n",
-    "   points into a tile. */\n",
+    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than\n",
+    "   `max_neighbors`. phi points into a tile. */\n",
     "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])\n",
     "{\n",
     "    bool some = false;\n",
@@ -25901,7 +26021,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
-    "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
+    "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -25919,7 +26039,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8303 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26016,7 +26136,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8395 \"springls.h\"\n",
+    "#line 8401 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26092,7 +26212,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8472 \"springls.h\"\n",
+    "#line 8478 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26328,7 +26448,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8709 \"springls.h\"\n",
+    "#line 8715 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26353,7 +26473,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8735 \"springls.h\"\n",
+    "#line 8741 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26612,7 +26732,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8995 \"springls.h\"\n",
+    "#line 9001 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26702,7 +26822,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26706 \"springls.h\"\n",
+    "#line 26826 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
