@@ -8,7 +8,7 @@
      >>base                 src/runtime/base.h
      >>context              src/runtime/context.h
      >>advect:kernel        kernels_embed/stages/advect.h
-     >>confidence:kernel    kernels_embed/model/confidence.h
+     >>error_estimates:kernel kernels_embed/model/error_estimates.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
@@ -112,7 +112,7 @@
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
      >>zero_level           src/output/zero_level.h
-     >>confidence           src/output/confidence.h
+     >>error_estimates      src/output/error_estimates.h
      >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
@@ -2899,7 +2899,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \
     X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
-    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
+    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
     X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
@@ -4010,36 +4010,37 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
-/* ======== >>confidence:kernel  (kernels_embed/model/confidence.h) ============================================== */
-/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split
-   or a fill and lasts: the particle and the place that it has come from move together. */
+/* ======== >>error_estimates:kernel  (kernels_embed/model/error_estimates.h) ==================================== */
+/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
+   with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
 typedef struct springls__span {
     springls__fit fit;
     springls__fit_solution solution;
-    float shrink[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
+    float original_length[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
 } springls__span;
 
 /* Finds how lengths along the surface map to the original: the singular values of the gradient of a. */
-SPRINGLS__MATHS void springls__find_shrink(springls__span *span)
+SPRINGLS__MATHS void springls__find_stretch(springls__span *span)
 {
     float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;
     const float least = 1e-2f; /* a voxel there may be a hundred here */
     int v;
     for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {
-        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS), w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
         uu += u * u;
         uv += u * w;
         vv += w * w;
     }
     mean = 0.5f * (uu + vv);
     spread = springls__sqrt(0.25f * (uu - vv) * (uu - vv) + uv * uv);
-    span->shrink[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
-    span->shrink[1] = springls__max(springls__sqrt(mean + spread), least);
+    span->original_length[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
+    span->original_length[1] = springls__max(springls__sqrt(mean + spread), least);
 }
 
 /* Fits the surface around p, facing n, over springls before `known`, by heights over p and correspondences relative to a. */
@@ -4057,7 +4058,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     terms = springls__fit_terms(span.fit.count);
     span.solution = springls__fit_coefficients(&span.fit, terms);
     if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);
-    if (span.solution.terms) springls__find_shrink(&span);
+    if (span.solution.terms) springls__find_stretch(&span);
     return span;
 }
 
@@ -4088,13 +4089,13 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
     return sums;
 }
 
-/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels of
-   the original surface: the standard error of a fit at p, what it differs from the fit by, and the errors of its sources. Heights
+/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
+   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
    count by as much as the surface has become thinner, as without a change of volume. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
-    const float sure = 4.0f; /* standard errors */
+    const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
     float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
@@ -4104,8 +4105,8 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
     spare = springls__imax(span.fit.count - span.solution.terms, 1);
-    variance = sure * unit[0] / (float)spare;
-    thinner = SPRINGLS__FIT_RADIUS / (span.shrink[0] * span.shrink[1]);
+    variance = standard_errors * standard_errors * unit[0] / (float)spare;
+    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
@@ -4113,22 +4114,22 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
                           + sums.error2 / sums.weight);
 }
 
-/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where
-   the surface is stretched already, and is less: the fourth root of that is measured. */
-SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)
+/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
+   a split or fill by the fourth root of it, as it began on a surface that was stretched already. */
+SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float error, int original)
 {
     float a = 1.0f, b = 1.0f, c = 1.0f, growth;
     if (span->solution.terms) {
-        a = 1.0f / span->shrink[0];
-        b = 1.0f / span->shrink[1];
-        c = span->shrink[0] * span->shrink[1];
+        a = 1.0f / span->original_length[0];
+        b = 1.0f / span->original_length[1];
+        c = span->original_length[0] * span->original_length[1];
     }
     growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds
-   that, that of a motion that turns or stretches as this one does, and that of rounding. */
+/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
+   that of a motion that turns or stretches as this one does, and that of rounding. */
 SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
 {
     const float order = 1.0f / 60.0f, rounding = 2e-7f;
@@ -13290,8 +13291,8 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other in
-   the first round may join the rest in the second. */
+/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
+   in the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -18378,40 +18379,40 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
     return SPRINGLS_OK;
 }
 
-/* ======== >>confidence  (src/output/confidence.h) ============================================================== */
-/* confidence.h - how far springls and vertices may be from where they should be. */
+/* ======== >>error_estimates  (src/output/error_estimates.h) ==================================================== */
+/* error_estimates.h - how far springls and vertices may be from where they should be. */
 
-typedef struct springls__confidence_job {
+typedef struct springls__error_job {
     const springls_context *ctx;
     const springls_mesh *mesh;
     springls_error_estimate *out;
-} springls__confidence_job;
+} springls__error_job;
 
 /* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_error_estimate springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
-                                                         float error, bool original)
+SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             springls__v3 a, float error, bool original)
 {
     springls__span span = springls__span_at(model, x, n, a, model->set.count);
-    springls_error_estimate confidence;
-    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error, original);
-    confidence.correspondence = SPRINGLS__SURE * error;
-    return confidence;
+    springls_error_estimate estimate;
+    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original);
+    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error;
+    return estimate;
 }
 
-SPRINGLS__FN void springls__springl_confidence_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
 {
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
+    const springls__error_job *job = (const springls__error_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++)
-        job->out[begin] = springls__confidence_of(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
-                                                  model->set.a[begin], model->set.error[begin],
-                                                  (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
+        job->out[begin] = springls__estimate_error(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+                                                   model->set.a[begin], model->set.error[begin],
+                                                   (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
 }
 
 /* Treats vertices as springls that are born there. */
-SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
 {
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
+    const springls__error_job *job = (const springls__error_job *)arg;
     const springls_context *ctx = job->ctx;
     float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
     for (; begin < end; begin++) {
@@ -18420,17 +18421,16 @@ SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
         springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__confidence_of(&ctx->model, x, n, a,
-                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
+        job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,
+                                                   springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
     }
 }
 
-/* Completes a step in progress, and runs a task with the springls in their cells. */
-SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int count, springls_task task,
-                                                      springls__confidence_job *job)
+/* Runs a task with the springls in their cells; no step is in progress. */
+SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx, int count, springls_task task,
+                                                           springls__error_job *job)
 {
     job->ctx = ctx;
-    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     springls__parallel(ctx, count, 32, task, job);
@@ -18439,24 +18439,25 @@ SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int
 
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
 {
-    springls__confidence_job job;
+    springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
     job.mesh = NULL;
     job.out = out;
-    return springls__run_confidence(ctx, ctx->model.set.count, springls__springl_confidence_task, &job);
+    return springls__run_error_estimates(ctx, ctx->model.set.count, springls__springl_errors_task, &job);
 }
 
 SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
 {
-    springls__confidence_job job;
+    springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     job.mesh = mesh;
     job.out = out;
-    return springls__run_confidence(ctx, mesh->vertex_count, springls__mesh_confidence_task, &job);
+    return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
@@ -21158,7 +21159,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \\\n",
     "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
-    "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
+    "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
     "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \\\n",
@@ -22266,35 +22267,36 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "#line 4014 \"springls.h\"\n",
-    "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
-    "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
+    "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
+    "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
     "typedef struct springls__span {\n",
     "    springls__fit fit;\n",
     "    springls__fit_solution solution;\n",
-    "    float shrink[2]; /* the smaller and the larger length on the original surface of a voxel's length here */\n",
+    "    float original_length[2]; /* the smaller and the larger length on the original surface of a voxel's length here */\n",
     "} springls__span;\n",
     "\n",
     "/* Finds how lengths along the surface map to the original: the singular values of the gradient of a. */\n",
-    "SPRINGLS__MATHS void springls__find_shrink(springls__span *span)\n",
+    "SPRINGLS__MATHS void springls__find_stretch(springls__span *span)\n",
     "{\n",
     "    float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;\n",
     "    const float least = 1e-2f; /* a voxel there may be a hundred here */\n",
     "    int v;\n",
     "    for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS), w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "        float w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
     "        uu += u * u;\n",
     "        uv += u * w;\n",
     "        vv += w * w;\n",
     "    }\n",
     "    mean = 0.5f * (uu + vv);\n",
     "    spread = springls__sqrt(0.25f * (uu - vv) * (uu - vv) + uv * uv);\n",
-    "    span->shrink[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);\n",
-    "    span->shrink[1] = springls__max(springls__sqrt(mean + spread), least);\n",
+    "    span->original_length[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);\n",
+    "    span->original_length[1] = springls__max(springls__sqrt(mean + spread), least);\n",
     "}\n",
     "\n",
     "/* Fits the surface around p, facing n, over springls before `known`, by heights over p and correspondences relative to a. */\n",
@@ -22312,7 +22314,7 @@ static const char *const springls__kernel_lines[] = {
     "    terms = springls__fit_terms(span.fit.count);\n",
     "    span.solution = springls__fit_coefficients(&span.fit, terms);\n",
     "    if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);\n",
-    "    if (span.solution.terms) springls__find_shrink(&span);\n",
+    "    if (span.solution.terms) springls__find_stretch(&span);\n",
     "    return span;\n",
     "}\n",
     "\n",
@@ -22343,13 +22345,13 @@ static const char *const springls__kernel_lines[] = {
     "    return sums;\n",
     "}\n",
     "\n",
-    "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels of\n",
-    "   the original surface: the standard error of a fit at p, what it differs from the fit by, and the errors of its sources. Heights\n",
+    "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
+    "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
     "   count by as much as the surface has become thinner, as without a change of volume. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
-    "    const float sure = 4.0f; /* standard errors */\n",
+    "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
     "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
@@ -22359,8 +22361,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;\n",
     "    springls__fit_substitute(span.solution.l, span.solution.terms, unit);\n",
     "    spare = springls__imax(span.fit.count - span.solution.terms, 1);\n",
-    "    variance = sure * unit[0] / (float)spare;\n",
-    "    thinner = SPRINGLS__FIT_RADIUS / (span.shrink[0] * span.shrink[1]);\n",
+    "    variance = standard_errors * standard_errors * unit[0] / (float)spare;\n",
+    "    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);\n",
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
@@ -22368,22 +22370,22 @@ static const char *const springls__kernel_lines[] = {
     "                          + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
-    "/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where\n",
-    "   the surface is stretched already, and is less: the fourth root of that is measured. */\n",
-    "SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)\n",
+    "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
+    "   a split or fill by the fourth root of it, as it began on a surface that was stretched already. */\n",
+    "SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float error, int original)\n",
     "{\n",
     "    float a = 1.0f, b = 1.0f, c = 1.0f, growth;\n",
     "    if (span->solution.terms) {\n",
-    "        a = 1.0f / span->shrink[0];\n",
-    "        b = 1.0f / span->shrink[1];\n",
-    "        c = span->shrink[0] * span->shrink[1];\n",
+    "        a = 1.0f / span->original_length[0];\n",
+    "        b = 1.0f / span->original_length[1];\n",
+    "        c = span->original_length[0] * span->original_length[1];\n",
     "    }\n",
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
     "\n",
-    "/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds\n",
-    "   that, that of a motion that turns or stretches as this one does, and that of rounding. */\n",
+    "/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,\n",
+    "   that of a motion that turns or stretches as this one does, and that of rounding. */\n",
     "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)\n",
     "{\n",
     "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
@@ -22398,7 +22400,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4148 \"springls.h\"\n",
+    "#line 4149 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22407,7 +22409,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4157 \"springls.h\"\n",
+    "#line 4158 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22422,7 +22424,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4173 \"springls.h\"\n",
+    "#line 4174 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22435,7 +22437,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4186 \"springls.h\"\n",
+    "#line 4187 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22450,7 +22452,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4201 \"springls.h\"\n",
+    "#line 4202 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22463,7 +22465,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4214 \"springls.h\"\n",
+    "#line 4215 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22724,7 +22726,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4967 \"springls.h\"\n",
+    "#line 4968 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22750,7 +22752,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4994 \"springls.h\"\n",
+    "#line 4995 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22819,7 +22821,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5064 \"springls.h\"\n",
+    "#line 5065 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22921,7 +22923,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5167 \"springls.h\"\n",
+    "#line 5168 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23012,7 +23014,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5259 \"springls.h\"\n",
+    "#line 5260 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23230,7 +23232,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5478 \"springls.h\"\n",
+    "#line 5479 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23356,7 +23358,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5605 \"springls.h\"\n",
+    "#line 5606 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23432,7 +23434,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5682 \"springls.h\"\n",
+    "#line 5683 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23447,7 +23449,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23462,7 +23464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5713 \"springls.h\"\n",
+    "#line 5714 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23473,7 +23475,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5724 \"springls.h\"\n",
+    "#line 5725 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23488,7 +23490,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5739 \"springls.h\"\n",
+    "#line 5740 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23499,7 +23501,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5750 \"springls.h\"\n",
+    "#line 5751 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23602,7 +23604,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5854 \"springls.h\"\n",
+    "#line 5855 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24081,7 +24083,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6334 \"springls.h\"\n",
+    "#line 6335 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24188,7 +24190,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6442 \"springls.h\"\n",
+    "#line 6443 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24324,7 +24326,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6579 \"springls.h\"\n",
+    "#line 6580 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24513,7 +24515,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6769 \"springls.h\"\n",
+    "#line 6770 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24624,7 +24626,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6881 \"springls.h\"\n",
+    "#line 6882 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24637,7 +24639,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6895 \"springls.h\"\n",
+    "#line 6896 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -24983,7 +24985,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7242 \"springls.h\"\n",
+    "#line 7243 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25134,7 +25136,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7394 \"springls.h\"\n",
+    "#line 7395 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25164,7 +25166,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7424 \"springls.h\"\n",
+    "#line 7425 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25179,7 +25181,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7440 \"springls.h\"\n",
+    "#line 7441 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25348,7 +25350,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7609 \"springls.h\"\n",
+    "#line 7610 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25363,7 +25365,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7624 \"springls.h\"\n",
+    "#line 7625 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25532,7 +25534,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7793 \"springls.h\"\n",
+    "#line 7794 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25568,7 +25570,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7830 \"springls.h\"\n",
+    "#line 7831 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25692,7 +25694,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7955 \"springls.h\"\n",
+    "#line 7956 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26039,7 +26041,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8303 \"springls.h\"\n",
+    "#line 8304 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26136,7 +26138,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8401 \"springls.h\"\n",
+    "#line 8402 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26212,7 +26214,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8478 \"springls.h\"\n",
+    "#line 8479 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26448,7 +26450,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8715 \"springls.h\"\n",
+    "#line 8716 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26473,7 +26475,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8741 \"springls.h\"\n",
+    "#line 8742 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26732,7 +26734,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9001 \"springls.h\"\n",
+    "#line 9002 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26822,7 +26824,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26826 \"springls.h\"\n",
+    "#line 26828 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

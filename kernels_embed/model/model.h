@@ -28,7 +28,7 @@
     X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \
     X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
-    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
+    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
     X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \

@@ -4,7 +4,7 @@
 
 #include "../model/angular_gaps.h"
 #include "../model/cell_list.h"
-#include "../model/confidence.h"
+#include "../model/error_estimates.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"

@@ -40,8 +40,8 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other in
-   the first round may join the rest in the second. */
+/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
+   in the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;

@@ -364,7 +364,7 @@ static void print_errors(const struct motion_case *cases, int orders)
     printf("\n");
 }
 
-static void print_confidence(const struct motion_case *cases, int orders)
+static void print_error_estimates(const struct motion_case *cases, int orders)
 {
     static struct table table;
     table_begin(&table);
@@ -482,7 +482,7 @@ int main(void)
     fflush(stdout);
     motion_run_all(cases, MOTIONS, orders);
     print_errors(cases, orders);
-    print_confidence(cases, orders);
+    print_error_estimates(cases, orders);
     print_surfaces(cases, orders);
     print_topology(cases, orders);
     print_costs(cases, orders);
