@@ -183,7 +183,8 @@ static void measure_error_estimates(struct course *course, double time, enum mot
     if (count > 0 && springls_springl_errors(course->ctx, estimates) == SPRINGLS_OK) {
         for (int i = 0; i < count; ++i) {
             const float *x = (const float *)(const void *)((const char *)p.data + (size_t)i * p.stride);
-            const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1], dz = (double)x[2] - moved[3 * i + 2];
+            const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1];
+            const double dz = (double)x[2] - moved[3 * i + 2];
             const double error = sqrt(dx * dx + dy * dy + dz * dz);
             within += error <= (double)estimates[i].place;
             ratios[i] = (double)estimates[i].place / fmax(error, 1e-9);

@@ -299,8 +299,8 @@ TEST contract_keeps_the_sheet(void)
     PASS();
 }
 
-/* What two merged bodies have left inside goes, though its sides oppose each other: they have passed through each other, and phi is
-   inside. */
+/* What two merged bodies have left inside goes, though its sides oppose each other: they have passed through each other, and phi
+   is inside. */
 TEST contract_removes_a_wall(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 16.0f, 16.0f, 16.0f, 10.0f);
