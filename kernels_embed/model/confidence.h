@@ -7,8 +7,8 @@
 #include "fit.h"
 #include "model.h"
 
-#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on the motions that tests and benchmarks have */
-#define SPRINGLS__UNKNOWN_ERROR 1.0f /* voxels: of a springl with too few neighbors for a fit */
+#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */
+#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
 typedef struct springls__span {

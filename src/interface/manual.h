@@ -351,8 +351,10 @@
 
    The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
    motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. Where bodies meet and are torn apart again the share is lower: a springl there may belong to
-   either. With the paper's parameters splits copy correspondences, and estimates are about half a voxel.
+   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
+   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   half a voxel.
 
 
    VOLUME LOCK

@@ -1,7 +1,7 @@
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of components:
-   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
-   not every device has: it always runs on the host. */
+   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of
+   components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
+   precision, which not every device has: it always runs on the host. */
 #ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
 #define SPRINGLS__STAGES_VOLUME_LOCK_H
 
