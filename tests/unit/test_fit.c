@@ -124,7 +124,7 @@ TEST sphere_is_found(void)
         springls__v3 n = fixture_direction(), x;
         springls__fit_result r;
         x = d3_float(d3_mad(center, d3_of(n), 9.0 + (double)fixture_between(-0.2f, 0.2f)));
-        r = springls__fit_at(&ctx->model, x, n, x, ctx->model.set.count);
+        r = springls__fit_at(&ctx->model, 0, x, n, x, ctx->model.set.count);
         ASSERT(r.ok);
         ASSERT_IN_RANGE(9.0, d3_distance(d3_of(r.point), center), 0.02);
         ASSERT_LT(d3_distance(d3_mad(center, d3_of(n), 9.0), d3_of(r.a)), 0.03);
