@@ -661,7 +661,8 @@ TEST queries_are_equal(void)
         directions[i] = fixture_between(8.0f, 22.0f) - points[i];
     }
     for (surface = 0; surface < 2; surface++) {
-        for (b = 0; b < 2; b++) ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
+        for (b = 0; b < 2; b++)
+            ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
         ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
         for (i = 0; i < COUNT; i++) found += hits[0][i].springl >= 0;
         for (b = 0; b < 2; b++) ASSERT_OK(springls_closest(ctx[b], (springls_surface)surface, points, COUNT, hits[b]));
@@ -747,7 +748,8 @@ SUITE(lives)
 {
     static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
         { "questions", disturb_with_questions, true }, { "views", disturb_with_views, true }, { "parameters", disturb_with_parameters, false },
-        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false }, { "callbacks", disturb_with_callbacks, false },
+        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false },
+        { "callbacks", disturb_with_callbacks, false },
         { "writes", disturb_with_writes, false } };
     size_t i;
     for (i = 0; i < LIVES; i++) {

@@ -257,7 +257,8 @@ static void add_box(d3 center, d3 half, d3 turn)
     static const int face[36] = { 0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5 };
     int base = positions, i;
     for (i = 0; i < 8; i++) {
-        d3 x = d3_add(center, d3_rotate(d3_make(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z), turn));
+        d3 x = d3_add(center, d3_rotate(d3_make(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z),
+                                        turn));
         add_position(x.x, x.y, x.z);
     }
     for (i = 0; i < 12; i++) add_triangle(base + face[3 * i], base + face[3 * i + 1], base + face[3 * i + 2]);
@@ -330,7 +331,8 @@ TEST large_triangles_are_divided(void)
         area += 0.5 * d3_length(d3_cross(d3_sub(b, a), d3_sub(c, a)));
         for (m = 0; m < 3; m++) ASSERT_LTE(d3_distance(corner_of(i, m), corner_of(i, (m + 1) % 3)), 2.0001);
         if (i > 0) ASSERT_GTE(places[i].triangle, places[i - 1].triangle);
-        ASSERT_LT(d3_distance(d3_of(ctx->model.set.s[i].p), d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2])), 1e-4);
+        ASSERT_LT(d3_distance(d3_of(ctx->model.set.s[i].p),
+                              d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2])), 1e-4);
         ASSERT_EQ(0u, springls_generations(ctx)[i]);
     }
     ASSERT_IN_RANGE(report.area, area, 0.01);
@@ -345,6 +347,45 @@ TEST large_triangles_are_divided(void)
     free(places);
     free(at);
     springls_destroy(ctx);
+    PASS();
+}
+
+/* Long thin triangles are divided into as many springls for their area as others, without slivers; they meet corner to corner,
+   face alike and cover the bar. */
+TEST long_triangles_are_divided_as_strips(void)
+{
+    static const double lengths[4] = { 16.0, 64.0, 65.3, 128.0 };
+    int i, k, turned;
+    for (i = 0; i < 8; i++) {
+        const double length = lengths[i / 2], widths[2] = { 3.0, 1.6 }, w = widths[i % 2];
+        springls_desc desc = cube(16);
+        springls_mesh soup;
+        double area = 0.0;
+        int *index, count;
+        desc.grid.size[0] = (int)length + 12;
+        clear_mesh();
+        turned = i % 3 == 1;
+        add_box(d3_make(0.5 * length + 5.3, 7.4, 7.2), d3_make(0.5 * length, 0.5 * w, 0.5 * w),
+                d3_make(turned ? 0.4 : 0.0, 0.0, 0.0));
+        ASSERT_OK(set_mesh(&desc));
+        count = springls_count(ctx);
+        ASSERT_GTE(count, report.area);
+        ASSERT_LTE(count, 2.7 * report.area);
+        for (k = 0; k < count; k++) {
+            d3 a = corner_of(k, 0), b = corner_of(k, 1), c = corner_of(k, 2);
+            area += 0.5 * d3_length(d3_cross(d3_sub(b, a), d3_sub(c, a)));
+        }
+        ASSERT_IN_RANGE(report.area, area, 1e-4 * area);
+        ASSERT_OK(springls_extract_soup(ctx, &soup));
+        index = (int *)malloc(3 * (size_t)count * sizeof *index);
+        for (k = 0; k < 3 * count; k++) index[k] = k;
+        ASSERT_OK(springls_set_mesh(ctx, soup.positions, 3 * count, 0, index, count, &report));
+        ASSERT(report.closed && !report.flipped && report.components == 1);
+        ASSERT_EQ(0, report.triangles_dropped);
+        springls_mesh_free(ctx, &soup);
+        free(index);
+        springls_destroy(ctx);
+    }
     PASS();
 }
 
@@ -639,7 +680,8 @@ static void add_sheet(double z, double bend, bool up)
     const int n = 6;
     int base = positions, i, j;
     for (j = 0; j <= n; j++)
-        for (i = 0; i <= n; i++) add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
+        for (i = 0; i <= n; i++)
+            add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
     for (j = 0; j < n; j++)
         for (i = 0; i < n; i++) {
             int a = base + i + (n + 1) * j, b = a + 1, c = a + n + 1, d = c + 1;
@@ -911,6 +953,7 @@ SUITE(clean)
     RUN_TEST(mirrored_grid);
     RUN_TEST(box_of_twelve_triangles);
     RUN_TEST(large_triangles_are_divided);
+    RUN_TEST(long_triangles_are_divided_as_strips);
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
     RUN_TEST(huge_triangles_in_a_small_grid);

@@ -175,7 +175,8 @@ TEST unsigned_to_signed_follows(void)
 /* A range moves, the others stay; ranges one after the other are one write. */
 TEST ranges_are_parts_of_one_write(void)
 {
-    springls_context *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f), *pieces = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *pieces = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     int count = springls_count(whole), first, i;
     fixture_springl *before = fixture_copy(pieces);
     ASSERT_OK(shift(pieces, 100, 37, 0.5f, -0.25f, 0.75f, BOTH));
@@ -464,7 +465,8 @@ static void breeze_batch(void *user, const springls_batch *batch, float *out)
 /* A field has the same bits from a batch callback as from a plain one. */
 TEST batches_are_points_too(void)
 {
-    springls_context *plain = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f), *batch = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
+    springls_context *plain = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
+    springls_context *batch = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
     springls_forces forces = fixture_forces(breeze, NULL);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int i;
