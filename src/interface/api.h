@@ -297,7 +297,8 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
    - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
      up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
-     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
+     springls_combine, _offset, _smooth and _remesh take such a step first. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.

@@ -114,6 +114,27 @@ TEST the_level_set_follows(int parts)
     PASS();
 }
 
+/* What replaces phi as a whole lets it follow first: nothing that has been written is lost. */
+TEST tools_follow_first(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 13.3f, 15.2f, 15.6f, 7.0f);
+    springls_box corner = { { 13.3f, 15.2f, 15.6f }, { 1.0f, 1.0f, 1.0f } };
+    double volume, old;
+    d3 before = center_of_mass(ctx, &old), now;
+    int tool;
+    for (tool = 0; tool < 4; tool++) {
+        ASSERT_OK(shift(ctx, 0, springls_count(ctx), 1.2f, 0.0f, 0.0f, BOTH));
+        if (tool == 0) ASSERT_OK(springls_remesh(ctx));
+        if (tool == 1) ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_box, &corner));
+        if (tool == 2) ASSERT_OK(springls_offset(ctx, 0.5f));
+        if (tool == 3) ASSERT_OK(springls_smooth(ctx, 0.5f, true));
+        now = center_of_mass(ctx, &volume);
+        ASSERT_IN_RANGE(before.x + 1.2 * (tool + 1), now.x, 0.04);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Motion adds up until phi follows; beyond the band phi is made anew. */
 TEST motion_adds_up(void)
 {
@@ -467,6 +488,7 @@ SUITE(writing)
 {
     int parts;
     for (parts = VERTICES; parts <= BOTH; parts++) RUN_TESTp(the_level_set_follows, parts);
+    RUN_TEST(tools_follow_first);
     RUN_TEST(motion_adds_up);
     RUN_TEST(unsigned_to_signed_follows);
     RUN_TEST(ranges_are_parts_of_one_write);
