@@ -22,7 +22,7 @@
 #include "output/attributes.h"
 #include "output/chunks.h"
 #include "output/component_views.h"
-#include "output/confidence.h"
+#include "output/error_estimates.h"
 #include "output/material.h"
 #include "output/measure.h"
 #include "output/snapshot.h"

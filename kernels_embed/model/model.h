@@ -25,10 +25,10 @@
     X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
-    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \
     X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
-    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
+    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
     X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
@@ -41,7 +41,7 @@
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
@@ -250,7 +250,7 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = record->body = 0u;
+    record->component = record->cavity = record->contact_body = 0u;
     record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
@@ -261,13 +261,13 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
-    model->set.body[i] = model->set.body[from];
+    model->set.contact_body[i] = model->set.contact_body[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */
-SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+SPRINGLS__MATHS bool springls__of_two_contact_bodies(const springls__model *model, int i, int other)
 {
-    uint32_t a = model->set.body[i], b = model->set.body[other];
+    uint32_t a = model->set.contact_body[i], b = model->set.contact_body[other];
     return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
 }
 

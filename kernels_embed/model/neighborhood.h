@@ -57,7 +57,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -94,7 +94,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
         float within = radius + s->bounding_radius, d2;
         springls__tri_plan plan;
         int here;
-        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (of >= 0 && !springls__of_two_contact_bodies(model, of, i)) continue;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         d2 = springls__tri_distance2(&plan, x);

@@ -44,10 +44,10 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
-    if (springls__of_two_bodies(model, i, other)) return true;
+    if (springls__of_two_contact_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
     return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
@@ -80,7 +80,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)

@@ -2,7 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
 #define SPRINGLS__KERNEL_STAGES_ADVECT_H
 
-#include "../model/confidence.h"
+#include "../model/error_estimates.h"
 #include "../model/grid.h"
 #include "../model/model.h"
 

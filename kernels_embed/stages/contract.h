@@ -111,7 +111,8 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have
+   met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -198,7 +199,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
-        if (springls__of_two_bodies(model, i, other)) continue;
+        if (springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }

@@ -13,9 +13,9 @@
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
 
-/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it
-   too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
+   turn it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
     const float arm = 0.45f; /* voxel */
     springls__springl s = model->set.s[i];
@@ -27,7 +27,8 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
+   count. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;

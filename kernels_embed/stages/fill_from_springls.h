@@ -4,7 +4,7 @@
 
 #include "../model/angular_gaps.h"
 #include "../model/cell_list.h"
-#include "../model/confidence.h"
+#include "../model/error_estimates.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"
@@ -34,7 +34,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, sp
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
@@ -51,7 +51,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -108,7 +108,7 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
-            || springls__of_two_bodies(model, i, other)) continue;
+            || springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }

@@ -3,7 +3,7 @@
 #define SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
 
 #include "../model/cell_list.h"
-#include "../model/confidence.h"
+#include "../model/error_estimates.h"
 #include "../model/fit.h"
 #include "../model/grid.h"
 #include "../model/marching_cubes.h"

@@ -1,5 +1,5 @@
-/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
-   phi is that of their union. */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,
+   and phi is that of their union. */
 #ifndef SPRINGLS__KERNEL_STAGES_OVERLAP_H
 #define SPRINGLS__KERNEL_STAGES_OVERLAP_H
 

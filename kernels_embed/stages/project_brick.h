@@ -11,8 +11,8 @@
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
 
-/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
-   side. */
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so
+   that those near a brick lie side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;

@@ -2,7 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 #define SPRINGLS__KERNEL_STAGES_RESAMPLE_H
 
-#include "../model/confidence.h"
+#include "../model/error_estimates.h"
 #include "../model/fit.h"
 #include "../model/model.h"
 #include "track.h"

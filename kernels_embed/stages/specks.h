@@ -1,5 +1,6 @@
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
-   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
+   removed. */
 #ifndef SPRINGLS__KERNEL_STAGES_SPECKS_H
 #define SPRINGLS__KERNEL_STAGES_SPECKS_H
 
@@ -10,8 +11,16 @@
 
 /* ---- parts ---- */
 
+/* Finds voxel x of a row of the brick at o. */
+SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[3])
+{
+    at[0] = o[0] + x;
+    at[1] = o[1] + (row & 7);
+    at[2] = o[2] + (row >> 3);
+}
+
 /* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
-SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
 {
     to[0] = at[0] + (d == 1) - (d == 0);
     to[1] = at[1] + (d == 3) - (d == 2);
@@ -87,7 +96,7 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
-            springls__step_to(from, d, to);
+            springls__neighbor_voxel(from, d, to);
             if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
@@ -98,9 +107,9 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
-   voxel of the square is. */
-SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+/* Finds joint candidates among several voxels: outside, between inside voxels in directions d1 and d2 of a tile, and the fourth
+   voxel of the square outside too. */
+SPRINGLS__VEC_MATHS springls__vmask springls__are_joint_candidates(SPRINGLS__LOCAL const float *phi, int d1, int d2)
 {
     springls__vec c = springls__vec_load(phi);
     return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
@@ -118,24 +127,24 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
-   in direction d2, when a limb passes between, by the springls. */
-SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
-                                         int d2, springls__joint *best)
+/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in
+   direction d2, when it is better and the springls show that a limb passes between. */
+SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],
+                                                 int d1, int d2, springls__joint *best)
 {
     const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
     if (d1 >> 1 == d2 >> 1) return;
-    springls__step_to(from, d1, joint.at);
-    springls__step_to(from, d2, other.at);
+    springls__neighbor_voxel(from, d1, joint.at);
+    springls__neighbor_voxel(from, d2, other.at);
     joint.phi = springls__phi_of(g, joint.at);
     other.phi = springls__phi_of(g, other.at);
     if (joint.phi < 0.0f || other.phi < 0.0f) return;
     if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
-    springls__step_to(joint.at, d2, to);
+    springls__neighbor_voxel(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
     if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
                                                             0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
@@ -151,20 +160,20 @@ SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *mode
     best.phi = SPRINGLS__JOIN_PHI;
     for (i = 0; i < part->count; i++) {
         springls__part_place(part, i, from);
-        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+        for (d = 0; d < 36; d++) springls__take_better_joint(model, part, from, d / 6, d % 6, &best);
     }
     return best;
 }
 
-/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
-   another inside voxel, and whose fourth corner is outside. */
-SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,
+   in direction d1, and another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)
 {
     int d2, to[3], other[3];
     for (d2 = 0; d2 < 6; d2++) {
         if (d1 >> 1 == d2 >> 1) continue;
-        springls__step_to(at, d2, to);
-        springls__step_to(from, d2, other);
+        springls__neighbor_voxel(at, d2, to);
+        springls__neighbor_voxel(from, d2, other);
         if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
     }
     return false;
@@ -172,14 +181,14 @@ SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int 
 
 /* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
    have the same order of joints, no tunnel comes about. */
-SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])
 {
     springls__part part;
     int d, from[3];
     for (d = 0; d < 6; d++) {
         springls__joint best;
-        springls__step_to(at, d, from);
-        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+        springls__neighbor_voxel(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__is_joint_candidate(&model->grid, at, from, d)
             || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
         best = springls__best_joint(model, &part);
         if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
@@ -187,34 +196,34 @@ SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[
     return false;
 }
 
-/* Returns whether some of eight voxels may join others; phi points into a tile. */
-SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */
+SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
 {
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
-                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
-                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
-                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
-                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
-                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
+                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
+                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
+                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
+                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
+                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
         if (springls__vec_any(m)) return true;
     }
     return false;
 }
 
-/* Finds whether active brick i has voxels that may join others. */
-SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+/* Finds whether active brick i has joint candidates. */
+SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    SPRINGLS__GLOBAL uint8_t *candidates = springls__has_joint_candidates(model) + i;
     int row;
     (void)args;
-    if (model->group.item == 0) *may_join = 0;
+    if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -223,7 +232,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
     const springls__grid *g = &model->grid;
-    bool some = springls__has_joints(model)[i] != 0;
+    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -231,12 +240,11 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool here = some && springls__may_join(phi);
+        bool candidates = some && springls__row_has_joint_candidate(phi);
         for (x = 0; x < 8; x++) {
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            springls__row_voxel(o, row, x, at);
+            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
         }
     }
 }
@@ -250,9 +258,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls_
     return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
 }
 
-/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
-   points into a tile. */
-SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than
+   `max_neighbors`. phi points into a tile. */
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])
 {
     bool some = false;
     int i;
@@ -263,7 +271,7 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
                         + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
                         + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
         springls__vec_store(beside + i, n);
-        some = some || springls__vec_any(n <= few);
+        some = some || springls__vec_any(n <= max_neighbors);
     }
     return some;
 }
@@ -279,7 +287,7 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
         int beyond = 0;
         for (side = 0; side < 2; side++) {
             float other;
-            springls__step_to(at, 2 * axis + side, to);
+            springls__neighbor_voxel(at, 2 * axis + side, to);
             other = springls__phi_of(g, to);
             beyond += (phi < 0.0f) != (other < 0.0f);
             width += (phi < 0.0f) == (other < 0.0f)
@@ -292,12 +300,12 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
 }
 
 /* Returns true when a voxel is of a part of less than min_component. */
-SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)
 {
     springls__part part;
     float volume = 0.0f;
     int i, place[3];
-    if (!springls__find_small_part(g, at, most, &part)) return false;
+    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;
     for (i = 0; i < part.count; i++) {
         springls__part_place(&part, i, place);
         volume += springls__share_of_voxel(g, place);
@@ -305,14 +313,14 @@ SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int
     return volume < min_component;
 }
 
-/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */
 SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at), best = 0.5f;
     int d, to[3];
     for (d = 0; d < 6; d++) {
         float other;
-        springls__step_to(at, d, to);
+        springls__neighbor_voxel(at, d, to);
         other = springls__phi_of(g, to);
         if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
     }
@@ -325,7 +333,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
-    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -333,15 +341,13 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], few = (float)(most - 1);
-        bool some = springls__count_beside(phi, few, beside);
+        float beside[8], max_neighbors = (float)(max_voxels - 1);
+        bool some = springls__count_beside(phi, max_neighbors, beside);
         for (x = 0; x < 8; x++) {
             out[x] = phi[x];
-            if (!some || beside[x] > few) continue;
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+            if (!some || beside[x] > max_neighbors) continue;
+            springls__row_voxel(o, row, x, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
         }
     }
 }

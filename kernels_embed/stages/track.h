@@ -56,7 +56,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
-            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+            if (*nearest_springl >= 0 && springls__of_two_contact_bodies(model, *nearest_springl, other)) {
                 if (d2 >= best) continue;
                 sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
                 count = 0;
@@ -92,7 +92,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));

@@ -301,7 +301,8 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
    - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
      up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
-     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
+     springls_combine, _offset, _smooth and _remesh take such a step first. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
@@ -770,8 +771,8 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS
-   OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
+/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+   ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
     float place;          /* voxels: from the particle to where the motion takes its correspondence                  */

@@ -7,6 +7,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 #include "../stages/events.h"
+#include "query.h"
 
 /* Completes a step in progress, and finds the components of a model that has changed since. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
@@ -47,12 +48,7 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
 {
     springls__labels labels;
     int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
-    for (i = 0; i < 3 * count; i++)
-        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
     SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
     SPRINGLS__TRY(springls__label_ids(ctx, &labels));

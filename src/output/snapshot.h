@@ -46,7 +46,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_body;
+    uint32_t next_id, step, last_component_id, last_contact_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -195,7 +195,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
-    s->last_body = ctx->last_body;
+    s->last_contact_body = ctx->last_contact_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -670,7 +670,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
-    ctx->last_body = s->last_body;
+    ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);

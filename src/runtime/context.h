@@ -187,12 +187,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
-    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
+    uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */

@@ -5,7 +5,7 @@
 #include "../runtime/errors.h"
 #include "../model/constellation.h"
 #include "../stages/advect.h"
-#include "../stages/bodies.h"
+#include "../stages/contact_bodies.h"
 #include "../stages/contract.h"
 #include "../stages/evolve.h"
 #include "../stages/fill_gaps.h"
@@ -234,7 +234,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
+    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \

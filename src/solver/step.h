@@ -116,6 +116,20 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
+/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as
+   a whole calls this first, so that no motion is lost. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    springls_step_desc rest;
+    float displacement;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    if (!(displacement > 0.0f)) return SPRINGLS_OK;
+    memset(&rest, 0, sizeof rest);
+    return springls_step(ctx, &rest);
+}
+
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)

@@ -1,6 +1,6 @@
-/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
-   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
-   volumes that components are to keep (volume_lock.h). */
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of its previous component, and
+   votes for a link between that one and its current one. Links make events (events.h) and pass on the volumes that components
+   are to keep (volume_lock.h). */
 #ifndef SPRINGLS__STAGES_COMPONENTS_H
 #define SPRINGLS__STAGES_COMPONENTS_H
 
@@ -15,20 +15,20 @@ typedef struct springls__component {
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
-/* The components that a springl bounds now, -1: none. */
-typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
+/* The current components that a springl bounds, -1: none. */
+typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
-/* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__component_link { int32_t before, now; } springls__component_link;
+/* A previous component, by its place in the list, and one of the current ones that it has become. */
+typedef struct springls__component_link { int32_t previous, current; } springls__component_link;
 
-/* The components before and now, and what links them. */
+/* The previous and the current components, and their links. */
 typedef struct springls__component_graph {
-    const springls__component *before;
-    int before_count;
+    const springls__component *previous;
+    int previous_count;
     springls__labels labels;
-    springls__springl_components *place;   /* one a springl                          */
-    springls__component_link *link;        /* by `before`, then by `now`             */
-    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
+    springls__bounded_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `previous`, then by `current`       */
+    springls__component_link *link_by_current; /* by `current`, then by `previous`   */
     int link_count;
 } springls__component_graph;
 
@@ -55,7 +55,7 @@ SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Clears the list of components: ids go on where they were. */
+/* Clears the list of components. New ones get ids that none has had. */
 SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
@@ -72,14 +72,14 @@ SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 
 /* ---- links ---- */
 
-SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+SPRINGLS__FN uint64_t springls__vote(int32_t previous, int32_t current) { return (uint64_t)previous << 32 | (uint64_t)current; }
 
 typedef struct springls__place_job {
     const springls_context *ctx;
     springls__component_graph *graph;
 } springls__place_job;
 
-/* Finds what springls bound now. */
+/* Finds the current components that springls bound. */
 SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
 {
     const springls__place_job *job = (const springls__place_job *)arg;
@@ -88,7 +88,8 @@ SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
                                 &job->graph->place[begin].body, &job->graph->place[begin].cavity);
 }
 
-/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+/* Collects the votes of springls, and counts those of every component: first the previous ones, then the current ones. Returns
+   how many votes there are. */
 SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
                                             int64_t *count)
 {
@@ -96,15 +97,15 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const s
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
-        int32_t before[2], now[2];
-        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
-        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
-        now[0] = graph->place[i].body;
-        now[1] = graph->place[i].cavity;
+        int32_t previous[2], current[2];
+        previous[0] = springls__find_component(graph->previous, graph->previous_count, set->component[i]);
+        previous[1] = springls__find_component(graph->previous, graph->previous_count, set->cavity[i]);
+        current[0] = graph->place[i].body;
+        current[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
-            if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[graph->before_count + now[c]]++;
-            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+            if (previous[c] >= 0) count[previous[c]]++;
+            if (current[c] >= 0) count[graph->previous_count + current[c]]++;
+            if (previous[c] >= 0 && current[c] >= 0) votes[n++] = springls__vote(previous[c], current[c]);
         }
     }
     return n;
@@ -123,47 +124,47 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
     while (i < vote_count) {
         springls__component_link link;
         int64_t votes_here;
-        link.before = (int32_t)(votes[i] >> 32);
-        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        link.previous = (int32_t)(votes[i] >> 32);
+        link.current = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before])
-            || springls__is_link(votes_here, count[graph->before_count + link.now]))
+        if (graph->previous[link.previous].view.cavity != graph->labels.item[link.current].cavity) continue;
+        if (springls__is_link(votes_here, count[link.previous])
+            || springls__is_link(votes_here, count[graph->previous_count + link.current]))
             graph->link[graph->link_count++] = link;
     }
 }
 
-/* Sorts links by what is now. key: room for one a link. */
-SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+/* Sorts links by their current components. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_current(springls__component_graph *graph, uint64_t *key)
 {
     int i;
-    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].current, graph->link[i].previous);
     springls__sort_keys(key, (size_t)graph->link_count);
-    graph->link_by_now = graph->link + graph->link_count;
+    graph->link_by_current = graph->link + graph->link_count;
     for (i = 0; i < graph->link_count; i++) {
-        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
-        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+        graph->link_by_current[i].current = (int32_t)(key[i] >> 32);
+        graph->link_by_current[i].previous = (int32_t)(key[i] & 0xffffffffu);
     }
 }
 
-/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+/* Finds the links of a previous or a current component. Returns the first of *count. */
 SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
-                                                                bool now, int *count)
+                                                                bool current, int *count)
 {
-    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    const springls__component_link *list = current ? graph->link_by_current : graph->link;
     int low = 0, high = graph->link_count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        if ((current ? list[middle].current : list[middle].previous) < component) low = middle + 1;
         else high = middle;
     }
-    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    while (high < graph->link_count && (current ? list[high].current : list[high].previous) == component) high++;
     *count = high - low;
     return list + low;
 }
 
-/* Finds the components as they are now, and links them to those before. */
+/* Finds the current components, and links them to the previous ones. */
 SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
@@ -171,13 +172,13 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     int64_t *count;
     springls__place_job job;
     SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
-    graph->before = springls__component_list(ctx);
-    graph->before_count = ctx->component_count;
-    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    graph->previous = springls__component_list(ctx);
+    graph->previous_count = ctx->component_count;
+    nodes = (size_t)graph->previous_count + (size_t)graph->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, springl_components, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    graph->place = springls__places_now(&ctx->model);
+    graph->place = springls__springl_components(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
@@ -189,7 +190,7 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
     graph->link = springls__component_links(&ctx->model);
     springls__link_by_votes(graph, vote, votes, count);
-    springls__sort_links_by_now(graph, vote);
+    springls__sort_links_by_current(graph, vote);
     return SPRINGLS_OK;
 }
 
@@ -208,23 +209,23 @@ SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
    ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = graph->labels.item;
+    springls__current_component *item = graph->labels.item;
     uint64_t *order;
     int i, k;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->previous_count + 1));
     order = springls__component_order(&ctx->model);
-    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
-    springls__sort_keys(order, (size_t)graph->before_count);
-    for (k = 0; k < graph->before_count; k++) {
-        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+    for (i = 0; i < graph->previous_count; i++) order[i] = springls__volume_key(graph->previous[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->previous_count);
+    for (k = 0; k < graph->previous_count; k++) {
+        int32_t previous = (int32_t)(order[k] & 0xffffffffu), largest = -1;
         int links;
-        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        const springls__component_link *link = springls__links_of(graph, previous, false, &links);
         for (i = 0; i < links; i++) {
-            int32_t now = link[i].now;
-            if (item[now].id) continue;
-            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
+            int32_t current = link[i].current;
+            if (item[current].id) continue;
+            if (largest < 0 || item[current].surface.volume > item[largest].surface.volume) largest = current;
         }
-        if (largest >= 0) item[largest].id = graph->before[before].view.id;
+        if (largest >= 0) item[largest].id = graph->previous[previous].view.id;
     }
     for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
@@ -232,7 +233,7 @@ SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ct
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__current_component *item,
                                            springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
@@ -253,20 +254,20 @@ SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__springl_components now = graph->place[i];
-        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
+        springls__bounded_components current = graph->place[i];
+        if (current.body >= 0) set->component[i] = graph->labels.item[current.body].id;
+        set->cavity[i] = current.cavity >= 0 ? graph->labels.item[current.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
+/* Makes room for the list of `count` current components, beside that of the previous ones, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
-/* Replaces the list by the components now, by ascending ids. */
+/* Replaces the list by the current components, by ascending ids. */
 SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
@@ -276,7 +277,7 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
     springls__sort_keys(order, (size_t)graph->labels.count);
     for (i = 0; i < graph->labels.count; i++) {
-        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        const springls__current_component *item = &graph->labels.item[order[i] & 0xffffffffu];
         memset(&list[i], 0, sizeof *list);
         springls__write_component_view(ctx, item, &list[i].view);
         springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);

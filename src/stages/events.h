@@ -116,10 +116,10 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
+SPRINGLS__FN void springls__add_current_part(springls_context *ctx, const springls__component_graph *graph, int32_t current)
 {
     springls_component part;
-    springls__write_component_view(ctx, &graph->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[current], &part);
     springls__add_event_part(ctx, &part);
 }
 
@@ -132,9 +132,9 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
         for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
 }
 
-/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+/* Sets the place of a split of `previous`, or, with previous < 0, of a merger into `current`. */
 SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
-                                                     int32_t before, int32_t now, springls_event *event)
+                                                     int32_t previous, int32_t current, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -147,69 +147,69 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
-        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
-        if (component_before < 0 || component_now < 0) continue;
-        if (before >= 0 ? component_before != before : component_now != now) continue;
+        int32_t previous_component = springls__find_component(graph->previous, graph->previous_count, id);
+        int32_t current_component = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (previous_component < 0 || current_component < 0) continue;
+        if (previous >= 0 ? previous_component != previous : current_component != current) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
+        seam.item[seam.count++].component = previous >= 0 ? current_component : previous_component;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the deaths and splits of a component before. */
+/* Lists the death or split of a previous component. */
 SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
-                                                            int32_t before)
+                                                            int32_t previous)
 {
-    const springls_component *view = &graph->before[before].view;
+    const springls_component *view = &graph->previous[previous].view;
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
+    const springls__component_link *link = springls__links_of(graph, previous, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
     springls__add_event_part(ctx, view);
-    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
-    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
+    for (i = 0; i < parts; i++) springls__add_current_part(ctx, graph, link[i].current);
+    if (parts) return springls__place_at_seam(ctx, graph, previous, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the births and mergers of a component of now. */
+/* Lists the birth or merger of a current component. */
 SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
-                                                             int32_t now)
+                                                             int32_t current)
 {
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
+    const springls__component_link *link = springls__links_of(graph, current, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
-                                graph->labels.item[now].cavity);
+                                graph->labels.item[current].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
-    springls__add_part_now(ctx, graph, now);
-    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->previous[link[i].previous].view);
+    springls__add_current_part(ctx, graph, current);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, current, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
-   still. On failure the list stays as it was. */
+/* Lists deaths and splits of the previous components by their ids, then births and mergers of the current ones. Springls have
+   their previous ids still. On failure the list stays as it was. */
 SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
+    const size_t most = (size_t)graph->previous_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->previous_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
     for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
@@ -219,7 +219,7 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 
 /* ---- following ---- */
 
-/* Finds the components as they are now, and their ids. */
+/* Finds the current components and their ids. */
 SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
     SPRINGLS__TRY(springls__link_components(ctx, graph));
@@ -227,7 +227,7 @@ SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx
     return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
-/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+/* Lists the events, unless the components are the first ones, and replaces the previous components by the current ones. */
 SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
     if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));

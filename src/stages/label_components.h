@@ -17,14 +17,14 @@
 /* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
 typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
 
-/* A component of phi as it is now. */
-typedef struct springls__component_now {
+/* A current component of phi. */
+typedef struct springls__current_component {
     springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
     int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
-} springls__component_now;
+} springls__current_component;
 
 /* What one component has in one brick, as a node of the forest. */
 typedef struct springls__node_sums {
@@ -34,10 +34,10 @@ typedef struct springls__node_sums {
     bool outside;
 } springls__node_sums;
 
-/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+/* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
    then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
-    springls__component_now *item;
+    springls__current_component *item;
     int count;
     const int32_t *rank;     /* slot -> place in `active`                                                       */
     const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
@@ -497,7 +497,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
 }
 
 /* Adds a node to its component. */
-SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+SPRINGLS__FN void springls__add_node(springls__current_component *item, const springls__node_sums *node)
 {
     springls__add_sums(&item->surface, &node->surface, 1.0);
     if (node->deepest < 0) return;
@@ -512,8 +512,8 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
 {
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
-    l->item = springls__components_now(&ctx->model);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, current_components, l->count + 1));
+    l->item = springls__current_components(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
     for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
         if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);

@@ -10,7 +10,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
-#include "bodies.h"
+#include "contact_bodies.h"
 #include "evolve.h"
 #include "rebuild.h"
 
@@ -40,13 +40,13 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
-   the first round may join the rest in the second. */
+/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
+   in the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), bricks, 1) == 0) return;
     for (; rounds > 0; rounds--) {
         springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         springls__swap_phi(ctx);
@@ -58,8 +58,8 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 {
     if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
     springls__join_parts(ctx);
     springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
     springls__swap_phi(ctx);
@@ -99,8 +99,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
         if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
     case SPRINGLS__PROJECT_JOINED:
         springls__join_parts(ctx);

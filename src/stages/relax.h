@@ -33,7 +33,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
             springls__take_relaxed(ctx);
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);

@@ -15,14 +15,14 @@
 #include "events.h"
 #include "evolve.h"
 
-/* What the lock keeps of a component as it is now. */
+/* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; voxels    */
     int32_t node;           /* root of its tree among the links     */
-    bool speck;
+    bool tiny;
 } springls__locked_component;
 
-/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+/* A previous or current component as a node of the links; the numbers are those of all its tree when it is a root. */
 typedef struct springls__lock_node {
     double target, volume, area;
     double rate;            /* volume that an offset of a voxel gains                            */
@@ -31,19 +31,19 @@ typedef struct springls__lock_node {
 
 typedef struct springls__lock {
     springls__component_graph graph;
-    springls__locked_component *item; /* one a component of now               */
-    springls__lock_node *node;        /* components before, then those of now */
+    springls__locked_component *item; /* one a current component              */
+    springls__lock_node *node;        /* previous components, then current    */
     int32_t *parent;                  /* their forest                         */
     int32_t *body;                    /* of every voxel of active bricks      */
 } springls__lock;
 
-/* ---- target volumes: components before and now that springls link have one target together ---- */
+/* ---- target volumes: previous and current components that are linked have one target together ---- */
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    size_t current = (size_t)graph->labels.count, nodes = (size_t)graph->previous_count + current, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, current + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
@@ -51,44 +51,44 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
-    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
-        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
-            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
+        if (i < (size_t)graph->previous_count) lock->node[i].target = graph->previous[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->previous_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->previous_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
 
-/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
-SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
-/* Links what springls link, and specks with the largest body. */
+/* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    const springls__component_now *now = graph->labels.item;
+    const springls__current_component *current = graph->labels.item;
     int i, largest = -1;
     for (i = 0; i < graph->link_count; i++)
-        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+        springls__join_trees(lock->parent, graph->link[i].previous, graph->previous_count + graph->link[i].current);
     for (i = 0; i < graph->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
-    for (i = 0; i < graph->before_count && largest >= 0; i++)
-        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
-            springls__join_trees(lock->parent, i, graph->before_count + largest);
+        if (!current[i].cavity && (largest < 0 || current[i].surface.volume > current[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->previous_count && largest >= 0; i++)
+        if (!graph->previous[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->previous_count + largest);
     for (i = 0; i < graph->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
+        lock->item[i].tiny = !current[i].cavity && springls__is_tiny_body(current[i].surface.volume);
+        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->previous_count + i, graph->previous_count + largest);
     }
 }
 
-/* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
+/* Sums targets and volumes of linked components; one that is linked to no previous one has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    int i, nodes = graph->before_count + graph->labels.count;
+    int i, nodes = graph->previous_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
@@ -97,7 +97,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
     }
     for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->previous_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -179,7 +179,7 @@ SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lo
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
-/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+/* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
@@ -189,7 +189,7 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
+        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
     }
 }
 
@@ -198,7 +198,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
+    for (i = 0; i < graph->previous_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -211,7 +211,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
+    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -221,9 +221,9 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
         springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        if (l->item[i].cavity || item->tiny || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
         by = missing / all->rate;
-        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->offset = (float)(by < -max_offset ? -max_offset : by > max_offset ? max_offset : by);
         all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;

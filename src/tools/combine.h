@@ -14,7 +14,7 @@
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
-#include "../stages/bodies.h"
+#include "../stages/contact_bodies.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/inherit.h"
 #include "../stages/keep_edges.h"
@@ -299,10 +299,10 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
 }
 
 /* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
-SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+SPRINGLS__FN uint32_t springls__contact_body_beside(const springls_context *ctx, const springls_context *other, int j)
 {
-    uint32_t body = other->model.set.body[j];
-    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+    uint32_t body = other->model.set.contact_body[j];
+    return ctx->last_contact_body ? ctx->last_contact_body + (body ? body : 1u) : 0u;
 }
 
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
@@ -316,7 +316,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
-    record.body = springls__body_beside(ctx, other, j);
+    record.contact_body = springls__contact_body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -346,8 +346,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
-    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
-    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
+    if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -389,7 +389,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
-    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
+    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
@@ -428,8 +428,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    status = springls__finish_step(other);
+    SPRINGLS__TRY(springls__settle(ctx));
+    status = springls__settle(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -448,7 +448,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;

@@ -131,7 +131,7 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
 /* ---- lives ---- */
 
 enum { LIFE_FLUID, LIFE_FLUID_PAPER, LIFE_ELASTIC, LIFE_ELASTIC_PAPER, LIFE_SEGMENT, LIFE_SEGMENT_PAPER, LIFE_PRESERVED, LIFE_BOX, LIFE_THIN,
-       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIVES };
+       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIVES };
 
 enum { LIFE_SIZE = 32 };
 
@@ -147,7 +147,7 @@ typedef struct life {
 FIXTURE const char *life_name(int which)
 {
     static const char *const names[LIVES] = { "fluid", "fluid, paper", "elastic", "elastic, paper", "segmentation", "segmentation, paper",
-                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages" };
+                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow" };
     return names[which];
 }
 
@@ -249,7 +249,27 @@ FIXTURE void life_make(life *l, int which)
         l->step.dt = 0.86f;
         l->steps = 1;
         break;
+    case LIFE_HOLLOW: /* the same with a cavity, components and bodies that new springls belong to */
+        l->forces = fixture_forces(life_outwards, NULL);
+        l->params.fill_from_springls = 0;
+        l->params.components = 1;
+        l->params.contact = SPRINGLS_CONTACT_SEPARATE;
+        l->step.dt = 0.86f;
+        l->steps = 1;
+        break;
     default: break;
+    }
+}
+
+/* A cube with a cavity. */
+FIXTURE void life_hollow_cube(void *user, const float *points, int count, float *out)
+{
+    const springls_box *cube = (const springls_box *)user;
+    int i;
+    springls_implicit_box(user, points, count, out);
+    for (i = 0; i < count; i++) {
+        float r = springls__length(springls__sub(springls__load3(points + 3 * i), springls__load3(cube->center)));
+        out[i] = springls__max(out[i], 0.5f * cube->half[0] - r);
     }
 }
 
@@ -262,6 +282,7 @@ FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
     case LIFE_BOX: return springls_set_implicit(ctx, springls_implicit_box, &box);
     case LIFE_THIN: box.half[0] = 4.0f; return springls_set_implicit(ctx, springls_implicit_box, &box);
     case LIFE_STAGES: return springls_set_implicit(ctx, springls_implicit_box, &cube);
+    case LIFE_HOLLOW: return springls_set_implicit(ctx, life_hollow_cube, &cube);
     case LIFE_OPEN_MESH: return history_open_mesh(ctx);
     case LIFE_LABELS: return history_blobs(ctx);
     default: return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
@@ -305,6 +326,7 @@ FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
     static springls_status (*const stages[])(springls_context *) = { springls_unsigned_to_signed, springls_track, springls_relax, springls_evolve, springls_rebuild, springls_fill_gaps,
         springls_contract, springls_resample, springls_unsigned_to_signed, springls_evolve, springls_relax, springls_fill_gaps, springls_track };
     size_t i;
+    if (l->which == LIFE_HOLLOW) SPRINGLS__TRY(springls_step(ctx, &l->step)); /* which finds components and bodies */
     SPRINGLS__TRY(springls_advect(ctx, &l->forces, 0.1f, l->step.dt));
     SPRINGLS__TRY(life_write(ctx));
     for (i = 0; i < sizeof stages / sizeof *stages; i++) SPRINGLS__TRY(stages[i](ctx));
@@ -313,7 +335,7 @@ FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
 
 FIXTURE springls_status life_step(springls_context *ctx, const life *l)
 {
-    return l->which == LIFE_STAGES ? life_stages(ctx, l) : springls_step(ctx, &l->step);
+    return l->which == LIFE_STAGES || l->which == LIFE_HOLLOW ? life_stages(ctx, l) : springls_step(ctx, &l->step);
 }
 
 FIXTURE springls_context *life_context(const life *l, springls_backend *backend)
@@ -639,7 +661,8 @@ TEST queries_are_equal(void)
         directions[i] = fixture_between(8.0f, 22.0f) - points[i];
     }
     for (surface = 0; surface < 2; surface++) {
-        for (b = 0; b < 2; b++) ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
+        for (b = 0; b < 2; b++)
+            ASSERT_OK(springls_raycast(ctx[b], (springls_surface)surface, points, directions, COUNT, 0.0f, hits[b]));
         ASSERT_MEM_EQ(hits[0], hits[1], sizeof hits[0]);
         for (i = 0; i < COUNT; i++) found += hits[0][i].springl >= 0;
         for (b = 0; b < 2; b++) ASSERT_OK(springls_closest(ctx[b], (springls_surface)surface, points, COUNT, hits[b]));
@@ -725,7 +748,8 @@ SUITE(lives)
 {
     static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
         { "questions", disturb_with_questions, true }, { "views", disturb_with_views, true }, { "parameters", disturb_with_parameters, false },
-        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false }, { "callbacks", disturb_with_callbacks, false },
+        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false },
+        { "callbacks", disturb_with_callbacks, false },
         { "writes", disturb_with_writes, false } };
     size_t i;
     for (i = 0; i < LIVES; i++) {

@@ -168,7 +168,7 @@ static int ascending(const void *a, const void *b)
 }
 
 /* Two figures from `first` on: how often, and by how much, the estimates exceed the errors of the places at `time`. */
-static void measure_confidence(struct course *course, double time, enum motion_figure first)
+static void measure_error_estimates(struct course *course, double time, enum motion_figure first)
 {
     const springls_view p = problem_view(course, springls_view_particles(course->ctx), 1);
     const springls_view a = problem_view(course, springls_view_correspondences(course->ctx), 1);
@@ -183,7 +183,8 @@ static void measure_confidence(struct course *course, double time, enum motion_f
     if (count > 0 && springls_springl_errors(course->ctx, estimates) == SPRINGLS_OK) {
         for (int i = 0; i < count; ++i) {
             const float *x = (const float *)(const void *)((const char *)p.data + (size_t)i * p.stride);
-            const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1], dz = (double)x[2] - moved[3 * i + 2];
+            const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1];
+            const double dz = (double)x[2] - moved[3 * i + 2];
             const double error = sqrt(dx * dx + dy * dy + dz * dz);
             within += error <= (double)estimates[i].place;
             ratios[i] = (double)estimates[i].place / fmax(error, 1e-9);
@@ -210,7 +211,7 @@ static springls_status measure_halfway(struct course *course, double time)
                benchmark_flow_error(&motion->problem, time, p, a));
     free_view(p);
     free_view(a);
-    measure_confidence(course, time, MOTION_within_halfway);
+    measure_error_estimates(course, time, MOTION_within_halfway);
     const springls_status status = springls_measure(course->ctx, &now);
     if (status == SPRINGLS_OK) {
         f[MOTION_volume_halfway] = 100.0 * (now.volume / (course->start.volume * motion->halfway_volume) - 1.0);
@@ -228,7 +229,7 @@ static void measure_particles(struct course *course)
     double *f = course->figures;
     note_error(&f[MOTION_tracking_mean], &f[MOTION_tracking_q99], &f[MOTION_tracking_max],
                problem->reverses ? benchmark_tracking(p, a) : benchmark_flow_error(problem, problem->duration, p, a));
-    measure_confidence(course, problem->duration, MOTION_within_end);
+    measure_error_estimates(course, problem->duration, MOTION_within_end);
     if (problem->shape && problem->reverses) {
         note_error(&f[MOTION_deformation_mean], NULL, &f[MOTION_deformation_max], benchmark_deformation(problem, p));
     }

@@ -364,14 +364,16 @@ static void print_errors(const struct motion_case *cases, int orders)
     printf("\n");
 }
 
-static void print_confidence(const struct motion_case *cases, int orders)
+static void print_error_estimates(const struct motion_case *cases, int orders)
 {
     static struct table table;
     table_begin(&table);
-    table_row(&table, "springls_springl_errors|errors within the estimate, half time / end|median estimate over error, half time / end");
+    table_row(&table, "springls_springl_errors|errors within the estimate, half time / end|"
+                      "median estimate over error, half time / end");
     for (const struct motion_case *c = cases; c < cases + MOTIONS; ++c) {
         table_row(&table, "%s|%s|%s", c->name,
-                  cell2("%.1f %% / %.1f %%", motion_mean(c, orders, MOTION_within_halfway), motion_mean(c, orders, MOTION_within_end)),
+                  cell2("%.1f %% / %.1f %%", motion_mean(c, orders, MOTION_within_halfway),
+                        motion_mean(c, orders, MOTION_within_end)),
                   cell2("%.1f / %.1f", motion_mean(c, orders, MOTION_ratio_halfway), motion_mean(c, orders, MOTION_ratio_end)));
     }
     table_print(&table, stdout);
@@ -482,7 +484,7 @@ int main(void)
     fflush(stdout);
     motion_run_all(cases, MOTIONS, orders);
     print_errors(cases, orders);
-    print_confidence(cases, orders);
+    print_error_estimates(cases, orders);
     print_surfaces(cases, orders);
     print_topology(cases, orders);
     print_costs(cases, orders);

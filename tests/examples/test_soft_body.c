@@ -1,4 +1,5 @@
-/* test_soft_body.c - the example whose own solver drives springls: masses on springs, their hold on springls, and a bar that tears. */
+/* test_soft_body.c - the example whose own solver drives springls: masses on springs, their hold on springls, and a bar that
+   tears. */
 #include "greatest.h"
 
 GREATEST_MAIN_DEFS();

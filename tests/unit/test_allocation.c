@@ -131,7 +131,8 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
     case RAW_SPRINGLS:
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, p->vertices, half));
         count(o, ctx, springls_set_springls(ctx, p->vertices, NULL, NULL, 2 * half));
-        count(o, ctx, springls_set_reference_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, half, NULL));
+        count(o, ctx, springls_set_reference_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, half,
+                                                  NULL));
         break;
     case FLUID:
     case FLUID_PAPER:

@@ -485,7 +485,8 @@ TEST strange_questions(void)
     ASSERT_OK(springls_sample_gradient(ctx, far_away, 2, out));
     ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, far_away, 2, hit));
     ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, far_away, x, 1, 0.0f, hit));
-    ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, x, none, 1, 0.0f, hit)); /* a direction of no length hits nothing */
+    /* a direction of no length hits nothing */
+    ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, x, none, 1, 0.0f, hit));
     ASSERT_EQ(-1, hit[0].springl);
     ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, NULL, 0, NULL));
     springls_destroy(ctx);

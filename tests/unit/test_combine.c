@@ -130,8 +130,8 @@ static springls_context *solid_box(d3 center, const d3 direction[3], double half
 
 static const d3 along_axes[3] = { { 1.0, 0.0, 0.0 }, { 0.0, 1.0, 0.0 }, { 0.0, 0.0, 1.0 } };
 
-/* Nothing is left of a box less itself, or less itself moved by very little; faces on voxel planes or between them, the one from a
-   mesh, the other from a function, or both. */
+/* Nothing is left of a box less itself, or less itself moved by very little; faces on voxel planes or between them, the one from
+   a mesh, the other from a function, or both. */
 TEST box_less_itself(int place)
 {
     static const double offset[3] = { 0.0, 0.3, 0.5 };
@@ -139,7 +139,8 @@ TEST box_less_itself(int place)
     int kinds;
     for (kinds = 0; kinds < 8; kinds++) {
         d3 moved = d3_add(center, kinds & 4 ? d3_make(1e-5, -1e-5, 1e-5) : d3_make(0.0, 0.0, 0.0));
-        springls_context *a = solid_box(center, along_axes, 7.0, kinds & 1), *b = solid_box(moved, along_axes, 7.0, (kinds & 2) != 0);
+        springls_context *a = solid_box(center, along_axes, 7.0, kinds & 1);
+        springls_context *b = solid_box(moved, along_axes, 7.0, (kinds & 2) != 0);
         ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
         ASSERT_EQ(0, springls_count(a));
         springls_destroy(a);
@@ -380,7 +381,8 @@ static void two_balls(void *user, const float *points, int count, float *out)
     (void)user;
     for (; count-- > 0; points += 3) {
         double x = (double)points[0], y = (double)points[1] - 19.6, z = (double)points[2] - 19.3;
-        *out++ = (float)fmin(sqrt((x - 14.2) * (x - 14.2) + y * y + z * z) - 9.0, sqrt((x - 32.1) * (x - 32.1) + y * y + z * z) - 3.0);
+        *out++ = (float)fmin(sqrt((x - 14.2) * (x - 14.2) + y * y + z * z) - 9.0,
+                             sqrt((x - 32.1) * (x - 32.1) + y * y + z * z) - 3.0);
     }
 }
 
@@ -461,8 +463,8 @@ TEST remeshes(void)
 TEST remesh_keeps_the_volume(int depth)
 {
     enum { MOST = 8 << 10 };
-    static const int octant[8][3] = { { 1, 1, 1 }, { -1, 1, 1 }, { 1, -1, 1 }, { 1, 1, -1 }, { -1, -1, 1 }, { -1, 1, -1 }, { 1, -1, -1 },
-                                      { -1, -1, -1 } };
+    static const int octant[8][3] = { { 1, 1, 1 }, { -1, 1, 1 }, { 1, -1, 1 }, { 1, 1, -1 }, { -1, -1, 1 }, { -1, 1, -1 },
+                                      { 1, -1, -1 }, { -1, -1, -1 } };
     static float positions[9 * MOST];
     static int index[3 * MOST];
     springls_context *a = fixture_context(SIZE, NULL);
@@ -480,7 +482,8 @@ TEST remesh_keeps_the_volume(int depth)
                         at[0] = u; at[1] = v; at[2] = n - u - v;
                         for (k = 0; k < 3; k++) length += at[k] * at[k];
                         length = depth ? sqrt(length) : n;
-                        for (k = 0; k < 3; k++) positions[9 * count + 3 * m + k] = (float)(19.6 + 12.0 * octant[o][k] * at[k] / length);
+                        for (k = 0; k < 3; k++)
+                            positions[9 * count + 3 * m + k] = (float)(19.6 + 12.0 * octant[o][k] * at[k] / length);
                     }
                     count++;
                 }

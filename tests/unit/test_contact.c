@@ -195,8 +195,8 @@ TEST united_balls_stay_two(void)
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &left));
     ASSERT_OK(springls_set_implicit(other, springls_implicit_sphere, &right));
     ASSERT_OK(springls_combine(ctx, SPRINGLS_OPERATION_UNION, other));
-    ASSERT(fixture_here(ctx)->set.body[0] != 0);
-    ASSERT(fixture_here(ctx)->set.body[0] != fixture_here(ctx)->set.body[springls_count(ctx) - 1]);
+    ASSERT(fixture_here(ctx)->set.contact_body[0] != 0);
+    ASSERT(fixture_here(ctx)->set.contact_body[0] != fixture_here(ctx)->set.contact_body[springls_count(ctx) - 1]);
     ASSERT_OK(steps(ctx, &step, 20));
     ASSERT_OK(springls_measure(ctx, &m));
     ASSERT_EQ(2, m.components);
@@ -251,7 +251,8 @@ TEST neighbors_are_of_one_body(void)
     lay_side(ctx, 16.1f, -1);
     ASSERT_OK(springls_relax(ctx));
     for (i = 0; i < side; i++)
-        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
+        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)
+            across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
     ASSERT_EQ(0, across);
     springls_destroy(ctx);
     PASS();
@@ -269,7 +270,7 @@ TEST neighbors_are_of_their_body(void)
     lay_side(ctx, 15.9f, 1);
     side = springls_count(ctx);
     lay_side(ctx, 16.1f, 1);
-    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.body[i] = i < side ? 1u : 2u;
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
     ASSERT_OK(springls_relax(ctx));
     for (i = 0; i < side; i++)
         for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)
@@ -304,11 +305,13 @@ TEST a_gap_opens(int nucleate)
 static springls_status set_spindle(springls_context *ctx, float across, float along)
 {
     enum { ROUND = 12, LENGTH = 40 };
-    static const float u[3] = { 0.70710678f, 0.70710678f, 0.0f }, v[3] = { -0.70710678f, 0.70710678f, 0.0f }, w[3] = { 0.0f, 0.0f, 1.0f };
+    static const float u[3] = { 0.70710678f, 0.70710678f, 0.0f }, v[3] = { -0.70710678f, 0.70710678f, 0.0f };
+    static const float w[3] = { 0.0f, 0.0f, 1.0f };
     float points[3 * (ROUND * (LENGTH - 1) + 2)];
     int triangles[3 * 2 * ROUND * (LENGTH - 1)], i, j, k, n = 0, last = ROUND * (LENGTH - 1) + 1;
     for (i = 0; i <= last; i++) {
-        double t = i == 0 ? 0.0 : i == last ? 1.0 : (1 + (i - 1) / ROUND) / (double)LENGTH, angle = 2.0 * fixture_pi * ((i + ROUND - 1) % ROUND) / ROUND;
+        double t = i == 0 ? 0.0 : i == last ? 1.0 : (1 + (i - 1) / ROUND) / (double)LENGTH;
+        double angle = 2.0 * fixture_pi * ((i + ROUND - 1) % ROUND) / ROUND;
         double x = (2.0 * t - 1.0) * along, r = across * sin(fixture_pi * t), y = r * cos(angle), z = r * sin(angle);
         for (k = 0; k < 3; k++) points[3 * i + k] = (float)(15.75 + 0.2 * k + x * u[k] + y * v[k] + z * w[k]);
     }

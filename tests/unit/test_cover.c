@@ -1,4 +1,5 @@
-/* test_cover.c - springls cover the surface (params.cover): the shape of one, and the area and true coverage of many in motion. */
+/* test_cover.c - springls cover the surface (params.cover): the shape of one, and the area and true coverage of many in
+   motion. */
 #include "fixtures.h"
 
 /* A whirl that draws a ball out into a sheet and, after half the time, back. */
@@ -42,7 +43,8 @@ static void wind(void *user, const float *x, int count, float time, float *v)
 
 /* ---- true coverage ---- */
 
-/* Shares of random places of the zero level that lie over a springl of their side, within a tenth of a voxel, and over two or more. */
+/* Shares of random places of the zero level that lie over a springl of their side, within a tenth of a voxel, and over two or
+   more. */
 typedef struct true_coverage { double in_one, in_more; } true_coverage;
 
 static bool is_over(springls__springl s, springls__v3 x, springls__v3 facing)

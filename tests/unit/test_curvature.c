@@ -21,7 +21,8 @@ TEST balls_shrink_as_they_should(int which, float radius, float time, float dt, 
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, dt);
     forces.curvature_weight = 1.0f;
     ASSERT_OK(springls_run(ctx, &step, (int)(time / dt + 0.5f)));
-    ASSERT_IN_RANGE(sqrt((double)(radius * radius - 4.0f * time)), mean_radius(ctx, d3_make((double)place, 15.5, 15.5)), tolerance);
+    ASSERT_IN_RANGE(sqrt((double)(radius * radius - 4.0f * time)), mean_radius(ctx, d3_make((double)place, 15.5, 15.5)),
+                    tolerance);
     springls_destroy(ctx);
     PASS();
 }
@@ -81,7 +82,8 @@ TEST a_torus_moves_by_its_curvature(void)
     curvature.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &curvature, 0.0f, 0.1f));
     for (i = 0; i < count; i++) {
-        d3 p = d3_sub(d3_of(before[i].p), d3_make(19.6, 19.5, 19.4)), now = d3_sub(d3_of(fixture_particle(ctx, i)), d3_make(19.6, 19.5, 19.4));
+        d3 p = d3_sub(d3_of(before[i].p), d3_make(19.6, 19.5, 19.4));
+        d3 now = d3_sub(d3_of(fixture_particle(ctx, i)), d3_make(19.6, 19.5, 19.4));
         double from_axis = hypot(p.x, p.y), ring = from_axis - 9.0, small = hypot(ring, p.z);
         double expected = 1.0 / small + ring / small / from_axis;
         double error = (small - hypot(hypot(now.x, now.y) - 9.0, now.z)) / 0.1 - expected;

@@ -72,7 +72,8 @@ static int large_events(const springls_event *events, int count, springls_event_
         int large = 0;
         for (k = 0; k < events[i].before_count; k++) large += events[i].before[k].volume > 4.0;
         for (k = 0; k < events[i].after_count; k++) large += events[i].after[k].volume > 4.0;
-        if (events[i].kind != kind || large < (kind == SPRINGLS_EVENT_KIND_MERGE || kind == SPRINGLS_EVENT_KIND_SPLIT ? 3 : 1)) continue;
+        if (events[i].kind != kind) continue;
+        if (large < (kind == SPRINGLS_EVENT_KIND_MERGE || kind == SPRINGLS_EVENT_KIND_SPLIT ? 3 : 1)) continue;
         *last = &events[i];
         n++;
     }

@@ -105,7 +105,8 @@ TEST others_do_not_count(void)
     springls__fit_add(&fit, d3_float(patch_point(&s, 0.5, 0.5)), d3_float(s.n), springls__v3_make(1.0f, 1.0f, 1.0f));
     before = fit.count;
     ASSERT_EQ(1, before);
-    springls__fit_add(&fit, d3_float(patch_point(&s, 0.4, 0.5)), d3_float(d3_scale(s.n, -1.0)), springls__v3_make(9.0f, 9.0f, 9.0f));
+    springls__fit_add(&fit, d3_float(patch_point(&s, 0.4, 0.5)), d3_float(d3_scale(s.n, -1.0)),
+                      springls__v3_make(9.0f, 9.0f, 9.0f));
     springls__fit_add(&fit, d3_float(d3_mad(s.origin, s.n, 1.5)), d3_float(s.n), springls__v3_make(9.0f, 9.0f, 9.0f));
     springls__fit_add(&fit, d3_float(patch_point(&s, 2.6, 0.0)), d3_float(s.n), springls__v3_make(9.0f, 9.0f, 9.0f));
     ASSERT_EQ(before, fit.count);
@@ -124,7 +125,7 @@ TEST sphere_is_found(void)
         springls__v3 n = fixture_direction(), x;
         springls__fit_result r;
         x = d3_float(d3_mad(center, d3_of(n), 9.0 + (double)fixture_between(-0.2f, 0.2f)));
-        r = springls__fit_at(&ctx->model, x, n, x, ctx->model.set.count);
+        r = springls__fit_at(&ctx->model, 0, x, n, x, ctx->model.set.count);
         ASSERT(r.ok);
         ASSERT_IN_RANGE(9.0, d3_distance(d3_of(r.point), center), 0.02);
         ASSERT_LT(d3_distance(d3_mad(center, d3_of(n), 9.0), d3_of(r.a)), 0.03);

@@ -36,8 +36,9 @@ static springls_context *sizes(const springls_params *p, int count)
     return ctx;
 }
 
-/* Exactly the overgrown that are not of the keep mask are split, once, at the middle of the longest edge: two halves of the same area, plane and
-   orientation, particles at the centroids, the correspondence copied, one generation more, an id never used before. */
+/* Exactly the overgrown that are not of the keep mask are split, once, at the middle of the longest edge: two halves of the same
+   area, plane and orientation, particles at the centroids, the correspondence copied, one generation more, an id never used
+   before. */
 TEST halves_inherit(void)
 {
     springls_params p = springls_paper_params();

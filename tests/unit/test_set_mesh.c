@@ -257,7 +257,8 @@ static void add_box(d3 center, d3 half, d3 turn)
     static const int face[36] = { 0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5 };
     int base = positions, i;
     for (i = 0; i < 8; i++) {
-        d3 x = d3_add(center, d3_rotate(d3_make(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z), turn));
+        d3 x = d3_add(center, d3_rotate(d3_make(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z),
+                                        turn));
         add_position(x.x, x.y, x.z);
     }
     for (i = 0; i < 12; i++) add_triangle(base + face[3 * i], base + face[3 * i + 1], base + face[3 * i + 2]);
@@ -330,7 +331,8 @@ TEST large_triangles_are_divided(void)
         area += 0.5 * d3_length(d3_cross(d3_sub(b, a), d3_sub(c, a)));
         for (m = 0; m < 3; m++) ASSERT_LTE(d3_distance(corner_of(i, m), corner_of(i, (m + 1) % 3)), 2.0001);
         if (i > 0) ASSERT_GTE(places[i].triangle, places[i - 1].triangle);
-        ASSERT_LT(d3_distance(d3_of(ctx->model.set.s[i].p), d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2])), 1e-4);
+        ASSERT_LT(d3_distance(d3_of(ctx->model.set.s[i].p),
+                              d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2])), 1e-4);
         ASSERT_EQ(0u, springls_generations(ctx)[i]);
     }
     ASSERT_IN_RANGE(report.area, area, 0.01);
@@ -386,7 +388,8 @@ TEST long_triangles_are_divided_as_strips(void)
         desc.grid.size[0] = (int)length + 12;
         clear_mesh();
         turned = i % 3 == 1;
-        add_box(d3_make(0.5 * length + 5.3, 7.4, 7.2), d3_make(0.5 * length, 0.5 * w, 0.5 * w), d3_make(turned ? 0.4 : 0.0, 0.0, 0.0));
+        add_box(d3_make(0.5 * length + 5.3, 7.4, 7.2), d3_make(0.5 * length, 0.5 * w, 0.5 * w),
+                d3_make(turned ? 0.4 : 0.0, 0.0, 0.0));
         ASSERT_OK(set_mesh(&desc));
         count = springls_count(ctx);
         ASSERT_GTE(count, report.area);
@@ -700,7 +703,8 @@ static void add_sheet(double z, double bend, bool up)
     const int n = 6;
     int base = positions, i, j;
     for (j = 0; j <= n; j++)
-        for (i = 0; i <= n; i++) add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
+        for (i = 0; i <= n; i++)
+            add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
     for (j = 0; j < n; j++)
         for (i = 0; i < n; i++) {
             int a = base + i + (n + 1) * j, b = a + 1, c = a + n + 1, d = c + 1;

@@ -51,7 +51,8 @@ static moved_ball moved_ball_make(springls_context *ctx)
 static springls_status moved_ball_set(springls_context *ctx, const moved_ball *b)
 {
     SPRINGLS__TRY(springls_set_springls(ctx, b->vertices, NULL, b->origins, b->count));
-    return springls_set_reference_mesh(ctx, b->mesh.positions, b->mesh.vertex_count, 0, b->mesh.triangles, b->mesh.triangle_count, NULL);
+    return springls_set_reference_mesh(ctx, b->mesh.positions, b->mesh.vertex_count, 0, b->mesh.triangles,
+                                       b->mesh.triangle_count, NULL);
 }
 
 static void moved_ball_free(springls_context *ctx, moved_ball *b)
@@ -94,7 +95,8 @@ TEST correspondences_lie_on_the_mesh(int half_spacing)
     int i, k, away = 0;
     ASSERT_OK(springls_set_springls(ctx, b.vertices, NULL, b.origins, b.count));
     before = springls_state_hash(ctx);
-    ASSERT_OK(springls_set_reference_mesh(ctx, b.mesh.positions, b.mesh.vertex_count, 0, b.mesh.triangles, b.mesh.triangle_count, NULL));
+    ASSERT_OK(springls_set_reference_mesh(ctx, b.mesh.positions, b.mesh.vertex_count, 0, b.mesh.triangles,
+                                          b.mesh.triangle_count, NULL));
     ASSERT(before == springls_state_hash(ctx));
     ASSERT_EQ(b.count, springls_material_triangle_count(ctx));
     ASSERT_OK(springls_springl_materials(ctx, materials));
@@ -180,10 +182,12 @@ TEST wrong_meshes_change_nothing(void)
     before = springls_state_hash(ctx);
     held = springls_memory_used(ctx);
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_reference_mesh(NULL, outside, 3, 0, one, 1, NULL));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_set_reference_mesh(empty, b.mesh.positions, b.mesh.vertex_count, 0, b.mesh.triangles, b.count, NULL));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_set_reference_mesh(empty, b.mesh.positions, b.mesh.vertex_count, 0,
+                                                                    b.mesh.triangles, b.count, NULL));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_reference_mesh(ctx, NULL, 3, 0, one, 1, NULL));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_reference_mesh(ctx, outside, 3, 7, one, 1, NULL));
-    ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_set_reference_mesh(ctx, b.mesh.positions, b.mesh.vertex_count, 0, far_index, 1, NULL));
+    ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_set_reference_mesh(ctx, b.mesh.positions, b.mesh.vertex_count, 0, far_index, 1,
+                                                                 NULL));
     ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_set_reference_mesh(ctx, outside, 3, 0, one, 1, NULL));
     ASSERT(strstr(springls_last_error(ctx), "set_reference_mesh") != NULL);
     outside[4] = (float)NAN;

@@ -124,7 +124,7 @@ static int bodies(springls_context *ctx)
     int i, n = 0;
     fixture_here(ctx);
     if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) n += !parts.item[i].cavity && !springls__is_speck(parts.item[i].surface.volume);
+    for (i = 0; i < parts.count; i++) n += !parts.item[i].cavity && !springls__is_tiny_body(parts.item[i].surface.volume);
     return n;
 }
 
@@ -299,8 +299,8 @@ TEST contract_keeps_the_sheet(void)
     PASS();
 }
 
-/* What two merged bodies have left inside goes, though its sides oppose each other: they have passed through each other, and phi is
-   inside. */
+/* What two merged bodies have left inside goes, though its sides oppose each other: they have passed through each other, and phi
+   is inside. */
 TEST contract_removes_a_wall(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 16.0f, 16.0f, 16.0f, 10.0f);

@@ -150,7 +150,7 @@ static int large_parts(springls_context *ctx)
     const springls_component *parts;
     int i, count, large = 0;
     if (springls_components(ctx, &parts, &count) != SPRINGLS_OK) return -1;
-    for (i = 0; i < count; i++) large += !parts[i].cavity && !springls__is_speck(parts[i].volume);
+    for (i = 0; i < count; i++) large += !parts[i].cavity && !springls__is_tiny_body(parts[i].volume);
     return large;
 }
 

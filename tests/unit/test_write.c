@@ -114,6 +114,27 @@ TEST the_level_set_follows(int parts)
     PASS();
 }
 
+/* What replaces phi as a whole lets it follow first: nothing that has been written is lost. */
+TEST tools_follow_first(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 13.3f, 15.2f, 15.6f, 7.0f);
+    springls_box corner = { { 13.3f, 15.2f, 15.6f }, { 1.0f, 1.0f, 1.0f } };
+    double volume, old;
+    d3 before = center_of_mass(ctx, &old), now;
+    int tool;
+    for (tool = 0; tool < 4; tool++) {
+        ASSERT_OK(shift(ctx, 0, springls_count(ctx), 1.2f, 0.0f, 0.0f, BOTH));
+        if (tool == 0) ASSERT_OK(springls_remesh(ctx));
+        if (tool == 1) ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_box, &corner));
+        if (tool == 2) ASSERT_OK(springls_offset(ctx, 0.5f));
+        if (tool == 3) ASSERT_OK(springls_smooth(ctx, 0.5f, true));
+        now = center_of_mass(ctx, &volume);
+        ASSERT_IN_RANGE(before.x + 1.2 * (tool + 1), now.x, 0.04);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Motion adds up until phi follows; beyond the band phi is made anew. */
 TEST motion_adds_up(void)
 {
@@ -154,7 +175,8 @@ TEST unsigned_to_signed_follows(void)
 /* A range moves, the others stay; ranges one after the other are one write. */
 TEST ranges_are_parts_of_one_write(void)
 {
-    springls_context *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f), *pieces = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *pieces = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     int count = springls_count(whole), first, i;
     fixture_springl *before = fixture_copy(pieces);
     ASSERT_OK(shift(pieces, 100, 37, 0.5f, -0.25f, 0.75f, BOTH));
@@ -443,7 +465,8 @@ static void breeze_batch(void *user, const springls_batch *batch, float *out)
 /* A field has the same bits from a batch callback as from a plain one. */
 TEST batches_are_points_too(void)
 {
-    springls_context *plain = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f), *batch = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
+    springls_context *plain = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
+    springls_context *batch = fixture_sphere(24, NULL, 10.5f, 11.5f, 11.5f, 5.0f);
     springls_forces forces = fixture_forces(breeze, NULL);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int i;
@@ -465,6 +488,7 @@ SUITE(writing)
 {
     int parts;
     for (parts = VERTICES; parts <= BOTH; parts++) RUN_TESTp(the_level_set_follows, parts);
+    RUN_TEST(tools_follow_first);
     RUN_TEST(motion_adds_up);
     RUN_TEST(unsigned_to_signed_follows);
     RUN_TEST(ranges_are_parts_of_one_write);

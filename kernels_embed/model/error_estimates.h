@@ -1,38 +1,39 @@
-/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split
-   or a fill and lasts: the particle and the place that it has come from move together. */
-#ifndef SPRINGLS__KERNEL_MODEL_CONFIDENCE_H
-#define SPRINGLS__KERNEL_MODEL_CONFIDENCE_H
+/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
+   with a split or a fill and lasts: the particle and the place that it has come from move together. */
+#ifndef SPRINGLS__KERNEL_MODEL_ERROR_ESTIMATES_H
+#define SPRINGLS__KERNEL_MODEL_ERROR_ESTIMATES_H
 
 #include "cell_list.h"
 #include "fit.h"
 #include "model.h"
 
-#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
 typedef struct springls__span {
     springls__fit fit;
     springls__fit_solution solution;
-    float shrink[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
+    float original_length[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
 } springls__span;
 
 /* Finds how lengths along the surface map to the original: the singular values of the gradient of a. */
-SPRINGLS__MATHS void springls__find_shrink(springls__span *span)
+SPRINGLS__MATHS void springls__find_stretch(springls__span *span)
 {
     float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;
     const float least = 1e-2f; /* a voxel there may be a hundred here */
     int v;
     for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {
-        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS), w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
         uu += u * u;
         uv += u * w;
         vv += w * w;
     }
     mean = 0.5f * (uu + vv);
     spread = springls__sqrt(0.25f * (uu - vv) * (uu - vv) + uv * uv);
-    span->shrink[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
-    span->shrink[1] = springls__max(springls__sqrt(mean + spread), least);
+    span->original_length[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
+    span->original_length[1] = springls__max(springls__sqrt(mean + spread), least);
 }
 
 /* Fits the surface around p, facing n, over springls before `known`, by heights over p and correspondences relative to a. */
@@ -50,7 +51,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     terms = springls__fit_terms(span.fit.count);
     span.solution = springls__fit_coefficients(&span.fit, terms);
     if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);
-    if (span.solution.terms) springls__find_shrink(&span);
+    if (span.solution.terms) springls__find_stretch(&span);
     return span;
 }
 
@@ -81,13 +82,13 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
     return sums;
 }
 
-/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels of
-   the original surface: the standard error of a fit at p, what it differs from the fit by, and the errors of its sources. Heights
+/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
+   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
    count by as much as the surface has become thinner, as without a change of volume. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
-    const float sure = 4.0f; /* standard errors */
+    const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
     float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
@@ -97,8 +98,8 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
     spare = springls__imax(span.fit.count - span.solution.terms, 1);
-    variance = sure * unit[0] / (float)spare;
-    thinner = SPRINGLS__FIT_RADIUS / (span.shrink[0] * span.shrink[1]);
+    variance = standard_errors * standard_errors * unit[0] / (float)spare;
+    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
@@ -106,22 +107,22 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
                           + sums.error2 / sums.weight);
 }
 
-/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where
-   the surface is stretched already, and is less: the fourth root of that is measured. */
-SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)
+/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
+   a split or fill by the fourth root of it, as it began on a surface that was stretched already. */
+SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float error, int original)
 {
     float a = 1.0f, b = 1.0f, c = 1.0f, growth;
     if (span->solution.terms) {
-        a = 1.0f / span->shrink[0];
-        b = 1.0f / span->shrink[1];
-        c = span->shrink[0] * span->shrink[1];
+        a = 1.0f / span->original_length[0];
+        b = 1.0f / span->original_length[1];
+        c = span->original_length[0] * span->original_length[1];
     }
     growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds
-   that, that of a motion that turns or stretches as this one does, and that of rounding. */
+/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
+   that of a motion that turns or stretches as this one does, and that of rounding. */
 SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
 {
     const float order = 1.0f / 60.0f, rounding = 2e-7f;

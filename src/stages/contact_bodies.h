@@ -1,32 +1,32 @@
-/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
-   model was set with it on. */
-#ifndef SPRINGLS__STAGES_BODIES_H
-#define SPRINGLS__STAGES_BODIES_H
+/* contact_bodies.h - finds the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch
+   went on, or the model was set with it on. */
+#ifndef SPRINGLS__STAGES_CONTACT_BODIES_H
+#define SPRINGLS__STAGES_CONTACT_BODIES_H
 
 #include "../runtime/launch.h"
 #include "../model/cell_list.h"
 #include "components.h"
 
-SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
 {
-    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_contact_body == 0;
 }
 
 /* Gives every springl the body that it bounds. */
-SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_contact_bodies(springls_context *ctx)
 {
     springls__constellation *set = &ctx->model.set;
     springls__labels labels;
     int i;
-    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(OVERLAPPED)));
     SPRINGLS__TRY(springls__find_components(ctx, &labels));
     for (i = 0; i < set->count; i++) {
         int32_t body, cavity;
         springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
-        set->body[i] = (uint32_t)(body + 1);
+        set->contact_body[i] = (uint32_t)(body + 1);
         set->overlapped[i] = 0;
     }
-    ctx->last_body = (uint32_t)labels.count + 1u;
+    ctx->last_contact_body = (uint32_t)labels.count + 1u;
     return SPRINGLS_OK;
 }
 
