@@ -8,7 +8,7 @@
      >>base                 src/runtime/base.h
      >>context              src/runtime/context.h
      >>advect:kernel        kernels_embed/stages/advect.h
-     >>confidence:kernel    kernels_embed/model/confidence.h
+     >>error_estimates:kernel kernels_embed/model/error_estimates.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
@@ -77,7 +77,7 @@
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
-     >>bodies               src/stages/bodies.h
+     >>contact_bodies       src/stages/contact_bodies.h
      >>components           src/stages/components.h
      >>label_components     src/stages/label_components.h
      >>fill_gaps            src/stages/fill_gaps.h
@@ -109,11 +109,11 @@
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>component_views      src/output/component_views.h
-     >>confidence           src/output/confidence.h
-     >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
      >>zero_level           src/output/zero_level.h
+     >>error_estimates      src/output/error_estimates.h
+     >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -1117,7 +1117,8 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
    - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
      up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
-     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
+     springls_combine, _offset, _smooth and _remesh take such a step first. With
      params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
      phi anew after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
@@ -1586,8 +1587,8 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS
-   OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
+/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+   ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
     float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
@@ -1908,7 +1909,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \
+    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -1943,8 +1944,9 @@ typedef union springls__arguments {
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \
+    X(current_components, struct springls__current_component, 1)                                                                 \
+    X(springl_components, struct springls__bounded_components, 2)                                                                \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
@@ -2899,10 +2901,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \
     X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
     X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
-    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \
+    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \
     X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
-    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \
+    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
     X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
@@ -2915,7 +2917,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
@@ -3124,7 +3126,7 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = record->cavity = record->body = 0u;
+    record->component = record->cavity = record->contact_body = 0u;
     record->overlapped = 0;
     record->phi = record->error = 0.0f;
     record->synced_position = record->s.p;
@@ -3135,13 +3137,13 @@ SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, 
 {
     model->set.component[i] = model->set.component[from];
     model->set.cavity[i] = model->set.cavity[from];
-    model->set.body[i] = model->set.body[from];
+    model->set.contact_body[i] = model->set.contact_body[from];
 }
 
 /* Returns true when two springls are of bodies that stay two. */
-SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)
+SPRINGLS__MATHS bool springls__of_two_contact_bodies(const springls__model *model, int i, int other)
 {
-    uint32_t a = model->set.body[i], b = model->set.body[other];
+    uint32_t a = model->set.contact_body[i], b = model->set.contact_body[other];
     return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;
 }
 
@@ -4013,36 +4015,37 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
-/* ======== >>confidence:kernel  (kernels_embed/model/confidence.h) ============================================== */
-/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split
-   or a fill and lasts: the particle and the place that it has come from move together. */
+/* ======== >>error_estimates:kernel  (kernels_embed/model/error_estimates.h) ==================================== */
+/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
+   with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
 typedef struct springls__span {
     springls__fit fit;
     springls__fit_solution solution;
-    float shrink[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
+    float original_length[2]; /* the smaller and the larger length on the original surface of a voxel's length here */
 } springls__span;
 
 /* Finds how lengths along the surface map to the original: the singular values of the gradient of a. */
-SPRINGLS__MATHS void springls__find_shrink(springls__span *span)
+SPRINGLS__MATHS void springls__find_stretch(springls__span *span)
 {
     float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;
     const float least = 1e-2f; /* a voxel there may be a hundred here */
     int v;
     for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {
-        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS), w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);
+        float w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);
         uu += u * u;
         uv += u * w;
         vv += w * w;
     }
     mean = 0.5f * (uu + vv);
     spread = springls__sqrt(0.25f * (uu - vv) * (uu - vv) + uv * uv);
-    span->shrink[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
-    span->shrink[1] = springls__max(springls__sqrt(mean + spread), least);
+    span->original_length[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);
+    span->original_length[1] = springls__max(springls__sqrt(mean + spread), least);
 }
 
 /* Fits the surface around p, facing n, over springls before `known`, by heights over p and correspondences relative to a. */
@@ -4060,7 +4063,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     terms = springls__fit_terms(span.fit.count);
     span.solution = springls__fit_coefficients(&span.fit, terms);
     if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);
-    if (span.solution.terms) springls__find_shrink(&span);
+    if (span.solution.terms) springls__find_stretch(&span);
     return span;
 }
 
@@ -4091,13 +4094,13 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
     return sums;
 }
 
-/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels of
-   the original surface: the standard error of a fit at p, what it differs from the fit by, and the errors of its sources. Heights
+/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
+   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
    count by as much as the surface has become thinner, as without a change of volume. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
-    const float sure = 4.0f; /* standard errors */
+    const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
     float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
@@ -4107,8 +4110,8 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
     spare = springls__imax(span.fit.count - span.solution.terms, 1);
-    variance = sure * unit[0] / (float)spare;
-    thinner = SPRINGLS__FIT_RADIUS / (span.shrink[0] * span.shrink[1]);
+    variance = standard_errors * standard_errors * unit[0] / (float)spare;
+    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
@@ -4116,22 +4119,22 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
                           + sums.error2 / sums.weight);
 }
 
-/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where
-   the surface is stretched already, and is less: the fourth root of that is measured. */
-SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)
+/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
+   a split or fill by the fourth root of it, as it began on a surface that was stretched already. */
+SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float error, int original)
 {
     float a = 1.0f, b = 1.0f, c = 1.0f, growth;
     if (span->solution.terms) {
-        a = 1.0f / span->shrink[0];
-        b = 1.0f / span->shrink[1];
-        c = span->shrink[0] * span->shrink[1];
+        a = 1.0f / span->original_length[0];
+        b = 1.0f / span->original_length[1];
+        c = span->original_length[0] * span->original_length[1];
     }
     growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds
-   that, that of a motion that turns or stretches as this one does, and that of rounding. */
+/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
+   that of a motion that turns or stretches as this one does, and that of rounding. */
 SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
 {
     const float order = 1.0f / 60.0f, rounding = 2e-7f;
@@ -4660,12 +4663,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
     int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
     uint32_t last_component_id;
-    uint32_t last_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
+    uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
@@ -5116,7 +5120,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
     return springls__angular_gaps_widest(gaps);
@@ -5153,7 +5157,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
         float within = radius + s->bounding_radius, d2;
         springls__tri_plan plan;
         int here;
-        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;
+        if (of >= 0 && !springls__of_two_contact_bodies(model, of, i)) continue;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         d2 = springls__tri_distance2(&plan, x);
@@ -5206,10 +5210,10 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */
-SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
 {
-    if (springls__of_two_bodies(model, i, other)) return true;
+    if (springls__of_two_contact_bodies(model, i, other)) return true;
     if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
     return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
 }
@@ -5242,7 +5246,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5364,7 +5368,8 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have
+   met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 1.6f, aside = 1.0f; /* voxels */
@@ -5451,7 +5456,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
-        if (springls__of_two_bodies(model, i, other)) continue;
+        if (springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -5485,9 +5490,9 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
 typedef struct springls__share { float area, cosine, sine; } springls__share;
 
-/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it
-   too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)
+/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
+   turn it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
     const float arm = 0.45f; /* voxel */
     springls__springl s = model->set.s[i];
@@ -5499,7 +5504,8 @@ SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, spr
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
 }
 
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */
+/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
+   count. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
@@ -6381,7 +6387,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
                 continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
-            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {
+            if (*nearest_springl >= 0 && springls__of_two_contact_bodies(model, *nearest_springl, other)) {
                 if (d2 >= best) continue;
                 sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */
                 count = 0;
@@ -6417,7 +6423,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
@@ -6463,7 +6469,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, sp
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
     return true;
@@ -6480,7 +6486,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        if (springls__of_two_bodies(model, of, other)) continue;
+        if (springls__of_two_contact_bodies(model, of, other)) continue;
         weight += estimate.weight;
         value += estimate.weight * estimate.distance * estimate.distance;
     }
@@ -6537,7 +6543,7 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
-            || springls__of_two_bodies(model, i, other)) continue;
+            || springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -6878,8 +6884,8 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 }
 
 /* ======== >>overlap:kernel  (kernels_embed/stages/overlap.h) =================================================== */
-/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and
-   phi is that of their union. */
+/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,
+   and phi is that of their union. */
 
 /* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing
    changes. */
@@ -6896,8 +6902,8 @@ SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, spr
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
 
-/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by
-   side. */
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so
+   that those near a brick lie side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
@@ -7953,12 +7959,21 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
-   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */
+   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
+   removed. */
 
 /* ---- parts ---- */
 
+/* Finds voxel x of a row of the brick at o. */
+SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[3])
+{
+    at[0] = o[0] + x;
+    at[1] = o[1] + (row & 7);
+    at[2] = o[2] + (row >> 3);
+}
+
 /* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
-SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])
+SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
 {
     to[0] = at[0] + (d == 1) - (d == 0);
     to[1] = at[1] + (d == 3) - (d == 2);
@@ -8034,7 +8049,7 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
-            springls__step_to(from, d, to);
+            springls__neighbor_voxel(from, d, to);
             if ((springls__phi_of(g, to) < 0.0f) != inside) continue;
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
@@ -8045,9 +8060,9 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
 
 #define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */
 
-/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth
-   voxel of the square is. */
-SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)
+/* Finds joint candidates among several voxels: outside, between inside voxels in directions d1 and d2 of a tile, and the fourth
+   voxel of the square outside too. */
+SPRINGLS__VEC_MATHS springls__vmask springls__are_joint_candidates(SPRINGLS__LOCAL const float *phi, int d1, int d2)
 {
     springls__vec c = springls__vec_load(phi);
     return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)
@@ -8065,24 +8080,24 @@ SPRINGLS__MATHS bool springls__better_joint(springls__joint a, springls__joint b
     return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];
 }
 
-/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it
-   in direction d2, when a limb passes between, by the springls. */
-SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,
-                                         int d2, springls__joint *best)
+/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in
+   direction d2, when it is better and the springls show that a limb passes between. */
+SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],
+                                                 int d1, int d2, springls__joint *best)
 {
     const float near_by = 1.6f; /* voxels */
     const springls__grid *g = &model->grid;
     springls__joint joint, other;
     int to[3];
     if (d1 >> 1 == d2 >> 1) return;
-    springls__step_to(from, d1, joint.at);
-    springls__step_to(from, d2, other.at);
+    springls__neighbor_voxel(from, d1, joint.at);
+    springls__neighbor_voxel(from, d2, other.at);
     joint.phi = springls__phi_of(g, joint.at);
     other.phi = springls__phi_of(g, other.at);
     if (joint.phi < 0.0f || other.phi < 0.0f) return;
     if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;
     if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;
-    springls__step_to(joint.at, d2, to);
+    springls__neighbor_voxel(joint.at, d2, to);
     if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;
     if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),
                                                             0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)
@@ -8098,20 +8113,20 @@ SPRINGLS__MATHS springls__joint springls__best_joint(const springls__model *mode
     best.phi = SPRINGLS__JOIN_PHI;
     for (i = 0; i < part->count; i++) {
         springls__part_place(part, i, from);
-        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);
+        for (d = 0; d < 36; d++) springls__take_better_joint(model, part, from, d / 6, d % 6, &best);
     }
     return best;
 }
 
-/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and
-   another inside voxel, and whose fourth corner is outside. */
-SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)
+/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,
+   in direction d1, and another inside voxel, and whose fourth corner is outside. */
+SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)
 {
     int d2, to[3], other[3];
     for (d2 = 0; d2 < 6; d2++) {
         if (d1 >> 1 == d2 >> 1) continue;
-        springls__step_to(at, d2, to);
-        springls__step_to(from, d2, other);
+        springls__neighbor_voxel(at, d2, to);
+        springls__neighbor_voxel(from, d2, other);
         if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;
     }
     return false;
@@ -8119,14 +8134,14 @@ SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int 
 
 /* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
    have the same order of joints, no tunnel comes about. */
-SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])
+SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])
 {
     springls__part part;
     int d, from[3];
     for (d = 0; d < 6; d++) {
         springls__joint best;
-        springls__step_to(at, d, from);
-        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)
+        springls__neighbor_voxel(at, d, from);
+        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__is_joint_candidate(&model->grid, at, from, d)
             || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;
         best = springls__best_joint(model, &part);
         if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;
@@ -8134,34 +8149,34 @@ SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[
     return false;
 }
 
-/* Returns whether some of eight voxels may join others; phi points into a tile. */
-SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)
+/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */
+SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
 {
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)
-                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)
-                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)
-                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)
-                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)
-                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);
+        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
+                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
+                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
+                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
+                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
+                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
         if (springls__vec_any(m)) return true;
     }
     return false;
 }
 
-/* Finds whether active brick i has voxels that may join others. */
-SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,
+/* Finds whether active brick i has joint candidates. */
+SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;
+    SPRINGLS__GLOBAL uint8_t *candidates = springls__has_joint_candidates(model) + i;
     int row;
     (void)args;
-    if (model->group.item == 0) *may_join = 0;
+    if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;
+        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -8170,7 +8185,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
     const springls__grid *g = &model->grid;
-    bool some = springls__has_joints(model)[i] != 0;
+    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -8178,12 +8193,11 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool here = some && springls__may_join(phi);
+        bool candidates = some && springls__row_has_joint_candidate(phi);
         for (x = 0; x < 8; x++) {
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];
+            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            springls__row_voxel(o, row, x, at);
+            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
         }
     }
 }
@@ -8197,9 +8211,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls_
     return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));
 }
 
-/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi
-   points into a tile. */
-SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])
+/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than
+   `max_neighbors`. phi points into a tile. */
+SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])
 {
     bool some = false;
     int i;
@@ -8210,7 +8224,7 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
                         + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)
                         + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);
         springls__vec_store(beside + i, n);
-        some = some || springls__vec_any(n <= few);
+        some = some || springls__vec_any(n <= max_neighbors);
     }
     return some;
 }
@@ -8226,7 +8240,7 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
         int beyond = 0;
         for (side = 0; side < 2; side++) {
             float other;
-            springls__step_to(at, 2 * axis + side, to);
+            springls__neighbor_voxel(at, 2 * axis + side, to);
             other = springls__phi_of(g, to);
             beyond += (phi < 0.0f) != (other < 0.0f);
             width += (phi < 0.0f) == (other < 0.0f)
@@ -8239,12 +8253,12 @@ SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const in
 }
 
 /* Returns true when a voxel is of a part of less than min_component. */
-SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)
+SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)
 {
     springls__part part;
     float volume = 0.0f;
     int i, place[3];
-    if (!springls__find_small_part(g, at, most, &part)) return false;
+    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;
     for (i = 0; i < part.count; i++) {
         springls__part_place(&part, i, place);
         volume += springls__share_of_voxel(g, place);
@@ -8252,14 +8266,14 @@ SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int
     return volume < min_component;
 }
 
-/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */
+/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */
 SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at), best = 0.5f;
     int d, to[3];
     for (d = 0; d < 6; d++) {
         float other;
-        springls__step_to(at, d, to);
+        springls__neighbor_voxel(at, d, to);
         other = springls__phi_of(g, to);
         if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));
     }
@@ -8272,7 +8286,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
-    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */
+    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -8280,15 +8294,13 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
         SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], few = (float)(most - 1);
-        bool some = springls__count_beside(phi, few, beside);
+        float beside[8], max_neighbors = (float)(max_voxels - 1);
+        bool some = springls__count_beside(phi, max_neighbors, beside);
         for (x = 0; x < 8; x++) {
             out[x] = phi[x];
-            if (!some || beside[x] > few) continue;
-            at[0] = o[0] + x;
-            at[1] = o[1] + (row & 7);
-            at[2] = o[2] + (row >> 3);
-            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);
+            if (!some || beside[x] > max_neighbors) continue;
+            springls__row_voxel(o, row, x, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -9003,7 +9015,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
-    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \
+    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
     X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
@@ -9026,7 +9038,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16,                                                                                                      \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
-          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \
+          | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -9049,7 +9061,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
-    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \
+    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
     X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
     X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
@@ -10022,7 +10034,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
-    ctx->last_component_id = ctx->last_body = 0;
+    ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -11559,14 +11571,14 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 /* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
 typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
 
-/* A component of phi as it is now. */
-typedef struct springls__component_now {
+/* A current component of phi. */
+typedef struct springls__current_component {
     springls__surface_sums surface; /* voxel^3, volume times centroid, voxel^2 */
     uint32_t id;
     int32_t deepest;        /* voxel of active bricks furthest from the surface                                 */
     float depth, moved;     /* moved: by volume_lock                                                            */
     bool cavity;
-} springls__component_now;
+} springls__current_component;
 
 /* What one component has in one brick, as a node of the forest. */
 typedef struct springls__node_sums {
@@ -11576,10 +11588,10 @@ typedef struct springls__node_sums {
     bool outside;
 } springls__node_sums;
 
-/* The components of phi as it is now, and which one every voxel belongs to. Nodes are what is connected within an active brick,
+/* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
    then all bricks (those that are constant), then the exterior. */
 typedef struct springls__labels {
-    springls__component_now *item;
+    springls__current_component *item;
     int count;
     const int32_t *rank;     /* slot -> place in `active`                                                       */
     const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
@@ -12039,7 +12051,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
 }
 
 /* Adds a node to its component. */
-SPRINGLS__FN void springls__add_node(springls__component_now *item, const springls__node_sums *node)
+SPRINGLS__FN void springls__add_node(springls__current_component *item, const springls__node_sums *node)
 {
     springls__add_sums(&item->surface, &node->surface, 1.0);
     if (node->deepest < 0) return;
@@ -12054,8 +12066,8 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
 {
     int32_t i;
     SPRINGLS__TRY(springls__label_voxels(ctx, l));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
-    l->item = springls__components_now(&ctx->model);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, current_components, l->count + 1));
+    l->item = springls__current_components(&ctx->model);
     memset(l->item, 0, (size_t)l->count * sizeof *l->item);
     for (i = 0; i < springls__exterior_node(&ctx->model.grid, l); i++)
         if (l->node[i] >= 0) springls__add_node(&l->item[l->node[i]], &l->sums[i]);
@@ -12134,9 +12146,9 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
 }
 
 /* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls link them: each has the id of the component that it was
-   in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
-   volumes that components are to keep (volume_lock.h). */
+/* components.h - gives the components of phi ids that last. Springls link them: each has the id of its previous component, and
+   votes for a link between that one and its current one. Links make events (events.h) and pass on the volumes that components
+   are to keep (volume_lock.h). */
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
@@ -12145,20 +12157,20 @@ typedef struct springls__component {
     int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
 } springls__component;
 
-/* The components that a springl bounds now, -1: none. */
-typedef struct springls__springl_components { int32_t body, cavity; } springls__springl_components;
+/* The current components that a springl bounds, -1: none. */
+typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
-/* A component before, by its place in the list, and one of those it has become. */
-typedef struct springls__component_link { int32_t before, now; } springls__component_link;
+/* A previous component, by its place in the list, and one of the current ones that it has become. */
+typedef struct springls__component_link { int32_t previous, current; } springls__component_link;
 
-/* The components before and now, and what links them. */
+/* The previous and the current components, and their links. */
 typedef struct springls__component_graph {
-    const springls__component *before;
-    int before_count;
+    const springls__component *previous;
+    int previous_count;
     springls__labels labels;
-    springls__springl_components *place;   /* one a springl                          */
-    springls__component_link *link;        /* by `before`, then by `now`             */
-    springls__component_link *link_by_now; /* the same, by `now`, then by `before`   */
+    springls__bounded_components *place;   /* one a springl                          */
+    springls__component_link *link;        /* by `previous`, then by `current`       */
+    springls__component_link *link_by_current; /* by `current`, then by `previous`   */
     int link_count;
 } springls__component_graph;
 
@@ -12185,7 +12197,7 @@ SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
     return ctx->model.params.components || ctx->model.params.volume_lock;
 }
 
-/* Clears the list of components: ids go on where they were. */
+/* Clears the list of components. New ones get ids that none has had. */
 SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
@@ -12202,14 +12214,14 @@ SPRINGLS__FN void springls__clear_target_volumes(springls_context *ctx)
 
 /* ---- links ---- */
 
-SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+SPRINGLS__FN uint64_t springls__vote(int32_t previous, int32_t current) { return (uint64_t)previous << 32 | (uint64_t)current; }
 
 typedef struct springls__place_job {
     const springls_context *ctx;
     springls__component_graph *graph;
 } springls__place_job;
 
-/* Finds what springls bound now. */
+/* Finds the current components that springls bound. */
 SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
 {
     const springls__place_job *job = (const springls__place_job *)arg;
@@ -12218,7 +12230,8 @@ SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
                                 &job->graph->place[begin].body, &job->graph->place[begin].cavity);
 }
 
-/* Finds the votes of springls. Returns how many. Counts those of every component, those before first. */
+/* Collects the votes of springls, and counts those of every component: first the previous ones, then the current ones. Returns
+   how many votes there are. */
 SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const springls__component_graph *graph, uint64_t *votes,
                                             int64_t *count)
 {
@@ -12226,15 +12239,15 @@ SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, const s
     size_t n = 0;
     int i, c;
     for (i = 0; i < set->count; i++) {
-        int32_t before[2], now[2];
-        before[0] = springls__find_component(graph->before, graph->before_count, set->component[i]);
-        before[1] = springls__find_component(graph->before, graph->before_count, set->cavity[i]);
-        now[0] = graph->place[i].body;
-        now[1] = graph->place[i].cavity;
+        int32_t previous[2], current[2];
+        previous[0] = springls__find_component(graph->previous, graph->previous_count, set->component[i]);
+        previous[1] = springls__find_component(graph->previous, graph->previous_count, set->cavity[i]);
+        current[0] = graph->place[i].body;
+        current[1] = graph->place[i].cavity;
         for (c = 0; c < 2; c++) {
-            if (before[c] >= 0) count[before[c]]++;
-            if (now[c] >= 0) count[graph->before_count + now[c]]++;
-            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+            if (previous[c] >= 0) count[previous[c]]++;
+            if (current[c] >= 0) count[graph->previous_count + current[c]]++;
+            if (previous[c] >= 0 && current[c] >= 0) votes[n++] = springls__vote(previous[c], current[c]);
         }
     }
     return n;
@@ -12253,47 +12266,47 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
     while (i < vote_count) {
         springls__component_link link;
         int64_t votes_here;
-        link.before = (int32_t)(votes[i] >> 32);
-        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        link.previous = (int32_t)(votes[i] >> 32);
+        link.current = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
         votes_here = (int64_t)(i - first);
-        if (graph->before[link.before].view.cavity != graph->labels.item[link.now].cavity) continue;
-        if (springls__is_link(votes_here, count[link.before])
-            || springls__is_link(votes_here, count[graph->before_count + link.now]))
+        if (graph->previous[link.previous].view.cavity != graph->labels.item[link.current].cavity) continue;
+        if (springls__is_link(votes_here, count[link.previous])
+            || springls__is_link(votes_here, count[graph->previous_count + link.current]))
             graph->link[graph->link_count++] = link;
     }
 }
 
-/* Sorts links by what is now. key: room for one a link. */
-SPRINGLS__FN void springls__sort_links_by_now(springls__component_graph *graph, uint64_t *key)
+/* Sorts links by their current components. key: room for one a link. */
+SPRINGLS__FN void springls__sort_links_by_current(springls__component_graph *graph, uint64_t *key)
 {
     int i;
-    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].now, graph->link[i].before);
+    for (i = 0; i < graph->link_count; i++) key[i] = springls__vote(graph->link[i].current, graph->link[i].previous);
     springls__sort_keys(key, (size_t)graph->link_count);
-    graph->link_by_now = graph->link + graph->link_count;
+    graph->link_by_current = graph->link + graph->link_count;
     for (i = 0; i < graph->link_count; i++) {
-        graph->link_by_now[i].now = (int32_t)(key[i] >> 32);
-        graph->link_by_now[i].before = (int32_t)(key[i] & 0xffffffffu);
+        graph->link_by_current[i].current = (int32_t)(key[i] >> 32);
+        graph->link_by_current[i].previous = (int32_t)(key[i] & 0xffffffffu);
     }
 }
 
-/* Finds the links of a component before, or of one of now. Returns the first of *count. */
+/* Finds the links of a previous or a current component. Returns the first of *count. */
 SPRINGLS__FN const springls__component_link *springls__links_of(const springls__component_graph *graph, int32_t component,
-                                                                bool now, int *count)
+                                                                bool current, int *count)
 {
-    const springls__component_link *list = now ? graph->link_by_now : graph->link;
+    const springls__component_link *list = current ? graph->link_by_current : graph->link;
     int low = 0, high = graph->link_count;
     while (low < high) {
         int middle = low + (high - low) / 2;
-        if ((now ? list[middle].now : list[middle].before) < component) low = middle + 1;
+        if ((current ? list[middle].current : list[middle].previous) < component) low = middle + 1;
         else high = middle;
     }
-    while (high < graph->link_count && (now ? list[high].now : list[high].before) == component) high++;
+    while (high < graph->link_count && (current ? list[high].current : list[high].previous) == component) high++;
     *count = high - low;
     return list + low;
 }
 
-/* Finds the components as they are now, and links them to those before. */
+/* Finds the current components, and links them to the previous ones. */
 SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, springls__component_graph *graph)
 {
     size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
@@ -12301,13 +12314,13 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     int64_t *count;
     springls__place_job job;
     SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
-    graph->before = springls__component_list(ctx);
-    graph->before_count = ctx->component_count;
-    nodes = (size_t)graph->before_count + (size_t)graph->labels.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    graph->previous = springls__component_list(ctx);
+    graph->previous_count = ctx->component_count;
+    nodes = (size_t)graph->previous_count + (size_t)graph->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, springl_components, springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
-    graph->place = springls__places_now(&ctx->model);
+    graph->place = springls__springl_components(&ctx->model);
     vote = springls__component_votes(&ctx->model);
     count = springls__vote_counts(&ctx->model);
     for (i = 0; i < nodes; i++) count[i] = 0;
@@ -12319,7 +12332,7 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, 2 * votes));
     graph->link = springls__component_links(&ctx->model);
     springls__link_by_votes(graph, vote, votes, count);
-    springls__sort_links_by_now(graph, vote);
+    springls__sort_links_by_current(graph, vote);
     return SPRINGLS_OK;
 }
 
@@ -12338,23 +12351,23 @@ SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
    ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
-    springls__component_now *item = graph->labels.item;
+    springls__current_component *item = graph->labels.item;
     uint64_t *order;
     int i, k;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->before_count + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->previous_count + 1));
     order = springls__component_order(&ctx->model);
-    for (i = 0; i < graph->before_count; i++) order[i] = springls__volume_key(graph->before[i].view.volume, i);
-    springls__sort_keys(order, (size_t)graph->before_count);
-    for (k = 0; k < graph->before_count; k++) {
-        int32_t before = (int32_t)(order[k] & 0xffffffffu), largest = -1;
+    for (i = 0; i < graph->previous_count; i++) order[i] = springls__volume_key(graph->previous[i].view.volume, i);
+    springls__sort_keys(order, (size_t)graph->previous_count);
+    for (k = 0; k < graph->previous_count; k++) {
+        int32_t previous = (int32_t)(order[k] & 0xffffffffu), largest = -1;
         int links;
-        const springls__component_link *link = springls__links_of(graph, before, false, &links);
+        const springls__component_link *link = springls__links_of(graph, previous, false, &links);
         for (i = 0; i < links; i++) {
-            int32_t now = link[i].now;
-            if (item[now].id) continue;
-            if (largest < 0 || item[now].surface.volume > item[largest].surface.volume) largest = now;
+            int32_t current = link[i].current;
+            if (item[current].id) continue;
+            if (largest < 0 || item[current].surface.volume > item[largest].surface.volume) largest = current;
         }
-        if (largest >= 0) item[largest].id = graph->before[before].view.id;
+        if (largest >= 0) item[largest].id = graph->previous[previous].view.id;
     }
     for (i = 0; i < graph->labels.count; i++)
         if (!item[i].id) item[i].id = ++ctx->last_component_id;
@@ -12362,7 +12375,7 @@ SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ct
 }
 
 /* Writes what the interface shows of a component. */
-SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__component_now *item,
+SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__current_component *item,
                                            springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
@@ -12383,20 +12396,20 @@ SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls
     springls__constellation *set = &ctx->model.set;
     int i;
     for (i = 0; i < set->count; i++) {
-        springls__springl_components now = graph->place[i];
-        if (now.body >= 0) set->component[i] = graph->labels.item[now.body].id;
-        set->cavity[i] = now.cavity >= 0 ? graph->labels.item[now.cavity].id : 0u;
+        springls__bounded_components current = graph->place[i];
+        if (current.body >= 0) set->component[i] = graph->labels.item[current.body].id;
+        set->cavity[i] = current.cavity >= 0 ? graph->labels.item[current.cavity].id : 0u;
     }
 }
 
-/* Makes room for the list of `count` components now, besides that of those before, which stays, and for their order. */
+/* Makes room for the list of `count` current components, beside that of the previous ones, and for their order. */
 SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, count + 1));
     return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
 }
 
-/* Replaces the list by the components now, by ascending ids. */
+/* Replaces the list by the current components, by ascending ids. */
 SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__component *list = (springls__component *)ctx->next_component_memory.data;
@@ -12406,7 +12419,7 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     for (i = 0; i < graph->labels.count; i++) order[i] = (uint64_t)graph->labels.item[i].id << 32 | (uint64_t)i;
     springls__sort_keys(order, (size_t)graph->labels.count);
     for (i = 0; i < graph->labels.count; i++) {
-        const springls__component_now *item = &graph->labels.item[order[i] & 0xffffffffu];
+        const springls__current_component *item = &graph->labels.item[order[i] & 0xffffffffu];
         memset(&list[i], 0, sizeof *list);
         springls__write_component_view(ctx, item, &list[i].view);
         springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
@@ -12448,30 +12461,30 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
-/* ======== >>bodies  (src/stages/bodies.h) ====================================================================== */
-/* bodies.h - the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch went on, or the
-   model was set with it on. */
+/* ======== >>contact_bodies  (src/stages/contact_bodies.h) ====================================================== */
+/* contact_bodies.h - finds the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch
+   went on, or the model was set with it on. */
 
-SPRINGLS__FN bool springls__bodies_are_new(const springls_context *ctx)
+SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
 {
-    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_body == 0;
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE && ctx->last_contact_body == 0;
 }
 
 /* Gives every springl the body that it bounds. */
-SPRINGLS__FN springls_status springls__find_bodies(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_contact_bodies(springls_context *ctx)
 {
     springls__constellation *set = &ctx->model.set;
     springls__labels labels;
     int i;
-    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(BODY) | SPRINGLS__BIT(OVERLAPPED)));
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(OVERLAPPED)));
     SPRINGLS__TRY(springls__find_components(ctx, &labels));
     for (i = 0; i < set->count; i++) {
         int32_t body, cavity;
         springls__components_at(&ctx->model.grid, &labels, set->s[i].p, &body, &cavity);
-        set->body[i] = (uint32_t)(body + 1);
+        set->contact_body[i] = (uint32_t)(body + 1);
         set->overlapped[i] = 0;
     }
-    ctx->last_body = (uint32_t)labels.count + 1u;
+    ctx->last_contact_body = (uint32_t)labels.count + 1u;
     return SPRINGLS_OK;
 }
 
@@ -12791,7 +12804,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_draw_in, count, NULL);
+            springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
             springls__take_relaxed(ctx);
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
@@ -13283,13 +13296,13 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that may_join has flagged. Parts that have joined each other in
-   the first round may join the rest in the second. */
+/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
+   in the first round may join the rest in the second. */
 SPRINGLS__FN void springls__join_parts(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joints), bricks, 1) == 0) return;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), bricks, 1) == 0) return;
     for (; rounds > 0; rounds--) {
         springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         springls__swap_phi(ctx);
@@ -13301,8 +13314,8 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 {
     if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
     springls__join_parts(ctx);
     springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
     springls__swap_phi(ctx);
@@ -13342,8 +13355,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
         if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joints, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_may_join, ctx->model.grid.active_count, NULL);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
     case SPRINGLS__PROJECT_JOINED:
         springls__join_parts(ctx);
@@ -13481,10 +13494,10 @@ SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls
     memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
 }
 
-SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__component_graph *graph, int32_t now)
+SPRINGLS__FN void springls__add_current_part(springls_context *ctx, const springls__component_graph *graph, int32_t current)
 {
     springls_component part;
-    springls__write_component_view(ctx, &graph->labels.item[now], &part);
+    springls__write_component_view(ctx, &graph->labels.item[current], &part);
     springls__add_event_part(ctx, &part);
 }
 
@@ -13497,9 +13510,9 @@ SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_eve
         for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
 }
 
-/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+/* Sets the place of a split of `previous`, or, with previous < 0, of a merger into `current`. */
 SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__component_graph *graph,
-                                                     int32_t before, int32_t now, springls_event *event)
+                                                     int32_t previous, int32_t current, springls_event *event)
 {
     const springls__constellation *set = &ctx->model.set;
     springls__seam seam;
@@ -13512,69 +13525,69 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
     seam.count = 0;
     for (i = 0; i < set->count; i++) {
         uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
-        int32_t component_before = springls__find_component(graph->before, graph->before_count, id);
-        int32_t component_now = event->cavity ? graph->place[i].cavity : graph->place[i].body;
-        if (component_before < 0 || component_now < 0) continue;
-        if (before >= 0 ? component_before != before : component_now != now) continue;
+        int32_t previous_component = springls__find_component(graph->previous, graph->previous_count, id);
+        int32_t current_component = event->cavity ? graph->place[i].cavity : graph->place[i].body;
+        if (previous_component < 0 || current_component < 0) continue;
+        if (previous >= 0 ? previous_component != previous : current_component != current) continue;
         seam.item[seam.count].p = set->s[i].p;
-        seam.item[seam.count++].component = before >= 0 ? component_now : component_before;
+        seam.item[seam.count++].component = previous >= 0 ? current_component : previous_component;
     }
     if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
     else springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the deaths and splits of a component before. */
+/* Lists the death or split of a previous component. */
 SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
-                                                            int32_t before)
+                                                            int32_t previous)
 {
-    const springls_component *view = &graph->before[before].view;
+    const springls_component *view = &graph->previous[previous].view;
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, before, false, &parts);
+    const springls__component_link *link = springls__links_of(graph, previous, false, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, view->cavity);
     event->before_count = 1;
     event->after_count = parts;
     springls__add_event_part(ctx, view);
-    for (i = 0; i < parts; i++) springls__add_part_now(ctx, graph, link[i].now);
-    if (parts) return springls__place_at_seam(ctx, graph, before, -1, event);
+    for (i = 0; i < parts; i++) springls__add_current_part(ctx, graph, link[i].current);
+    if (parts) return springls__place_at_seam(ctx, graph, previous, -1, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists the births and mergers of a component of now. */
+/* Lists the birth or merger of a current component. */
 SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
-                                                             int32_t now)
+                                                             int32_t current)
 {
     int parts, i;
-    const springls__component_link *link = springls__links_of(graph, now, true, &parts);
+    const springls__component_link *link = springls__links_of(graph, current, true, &parts);
     springls_event *event;
     if (parts == 1) return SPRINGLS_OK;
     event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH,
-                                graph->labels.item[now].cavity);
+                                graph->labels.item[current].cavity);
     event->before_count = parts;
     event->after_count = 1;
-    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->before[link[i].before].view);
-    springls__add_part_now(ctx, graph, now);
-    if (parts) return springls__place_at_seam(ctx, graph, -1, now, event);
+    for (i = 0; i < parts; i++) springls__add_event_part(ctx, &graph->previous[link[i].previous].view);
+    springls__add_current_part(ctx, graph, current);
+    if (parts) return springls__place_at_seam(ctx, graph, -1, current, event);
     springls__place_at_centers(ctx, event);
     return SPRINGLS_OK;
 }
 
-/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
-   still. On failure the list stays as it was. */
+/* Lists deaths and splits of the previous components by their ids, then births and mergers of the current ones. Springls have
+   their previous ids still. On failure the list stays as it was. */
 SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__component_graph *graph)
 {
     const int events = ctx->event_count, parts = ctx->event_part_count;
-    const size_t most = (size_t)graph->before_count + (size_t)graph->labels.count;
+    const size_t most = (size_t)graph->previous_count + (size_t)graph->labels.count;
     springls_status status = SPRINGLS_OK;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
                                         (size_t)events * sizeof(springls_event)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)graph->link_count) + 1,
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
-    for (i = 0; i < graph->before_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
+    for (i = 0; i < graph->previous_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
     for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
@@ -13584,7 +13597,7 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
 
 /* ---- following ---- */
 
-/* Finds the components as they are now, and their ids. */
+/* Finds the current components and their ids. */
 SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx, springls__component_graph *graph)
 {
     SPRINGLS__TRY(springls__link_components(ctx, graph));
@@ -13592,7 +13605,7 @@ SPRINGLS__FN springls_status springls__identify_components(springls_context *ctx
     return springls__component_list_reserve(ctx, graph->labels.count);
 }
 
-/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+/* Lists the events, unless the components are the first ones, and replaces the previous components by the current ones. */
 SPRINGLS__FN springls_status springls__commit_components(springls_context *ctx, const springls__component_graph *graph)
 {
     if (ctx->components_found) SPRINGLS__TRY(springls__list_events(ctx, graph));
@@ -13616,14 +13629,14 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
    components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
    precision, which not every device has: it always runs on the host. */
 
-/* What the lock keeps of a component as it is now. */
+/* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; voxels    */
     int32_t node;           /* root of its tree among the links     */
-    bool speck;
+    bool tiny;
 } springls__locked_component;
 
-/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+/* A previous or current component as a node of the links; the numbers are those of all its tree when it is a root. */
 typedef struct springls__lock_node {
     double target, volume, area;
     double rate;            /* volume that an offset of a voxel gains                            */
@@ -13632,19 +13645,19 @@ typedef struct springls__lock_node {
 
 typedef struct springls__lock {
     springls__component_graph graph;
-    springls__locked_component *item; /* one a component of now               */
-    springls__lock_node *node;        /* components before, then those of now */
+    springls__locked_component *item; /* one a current component              */
+    springls__lock_node *node;        /* previous components, then current    */
     int32_t *parent;                  /* their forest                         */
     int32_t *body;                    /* of every voxel of active bricks      */
 } springls__lock;
 
-/* ---- target volumes: components before and now that springls link have one target together ---- */
+/* ---- target volumes: previous and current components that are linked have one target together ---- */
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    size_t now = (size_t)graph->labels.count, nodes = (size_t)graph->before_count + now, i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    size_t current = (size_t)graph->labels.count, nodes = (size_t)graph->previous_count + current, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, current + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
@@ -13652,44 +13665,44 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
-    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
-        if (i < (size_t)graph->before_count) lock->node[i].target = graph->before[i].target;
-        else if (!graph->labels.item[i - (size_t)graph->before_count].cavity)
-            lock->node[i].volume = graph->labels.item[i - (size_t)graph->before_count].surface.volume;
+        if (i < (size_t)graph->previous_count) lock->node[i].target = graph->previous[i].target;
+        else if (!graph->labels.item[i - (size_t)graph->previous_count].cavity)
+            lock->node[i].volume = graph->labels.item[i - (size_t)graph->previous_count].surface.volume;
     }
     return SPRINGLS_OK;
 }
 
-/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
-SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
-/* Links what springls link, and specks with the largest body. */
+/* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
 SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    const springls__component_now *now = graph->labels.item;
+    const springls__current_component *current = graph->labels.item;
     int i, largest = -1;
     for (i = 0; i < graph->link_count; i++)
-        springls__join_trees(lock->parent, graph->link[i].before, graph->before_count + graph->link[i].now);
+        springls__join_trees(lock->parent, graph->link[i].previous, graph->previous_count + graph->link[i].current);
     for (i = 0; i < graph->labels.count; i++)
-        if (!now[i].cavity && (largest < 0 || now[i].surface.volume > now[largest].surface.volume)) largest = i;
-    for (i = 0; i < graph->before_count && largest >= 0; i++)
-        if (!graph->before[i].view.cavity && springls__is_speck(lock->node[i].target))
-            springls__join_trees(lock->parent, i, graph->before_count + largest);
+        if (!current[i].cavity && (largest < 0 || current[i].surface.volume > current[largest].surface.volume)) largest = i;
+    for (i = 0; i < graph->previous_count && largest >= 0; i++)
+        if (!graph->previous[i].view.cavity && springls__is_tiny_body(lock->node[i].target))
+            springls__join_trees(lock->parent, i, graph->previous_count + largest);
     for (i = 0; i < graph->labels.count; i++) {
-        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].surface.volume);
-        if (lock->item[i].speck) springls__join_trees(lock->parent, graph->before_count + i, graph->before_count + largest);
+        lock->item[i].tiny = !current[i].cavity && springls__is_tiny_body(current[i].surface.volume);
+        if (lock->item[i].tiny) springls__join_trees(lock->parent, graph->previous_count + i, graph->previous_count + largest);
     }
 }
 
-/* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
+/* Sums targets and volumes of linked components; one that is linked to no previous one has its volume as its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
-    int i, nodes = graph->before_count + graph->labels.count;
+    int i, nodes = graph->previous_count + graph->labels.count;
     for (i = 0; i < nodes; i++) {
         int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
@@ -13698,7 +13711,7 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
     }
     for (i = 0; i < graph->labels.count; i++) {
         springls__lock_node *all;
-        lock->item[i].node = springls__find_root(lock->parent, graph->before_count + i);
+        lock->item[i].node = springls__find_root(lock->parent, graph->previous_count + i);
         all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
@@ -13780,7 +13793,7 @@ SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lo
     springls__visit_triangles(g, l, springls__measure_body);
 }
 
-/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+/* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
 SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
@@ -13790,7 +13803,7 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].speck) all->area += l->item[i].surface.area;
+        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
     }
 }
 
@@ -13799,7 +13812,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
     int i;
-    for (i = 0; i < graph->before_count + graph->labels.count; i++) {
+    for (i = 0; i < graph->previous_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
         all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
@@ -13812,7 +13825,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
+    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -13822,9 +13835,9 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
         springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        if (l->item[i].cavity || item->tiny || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
         by = missing / all->rate;
-        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->offset = (float)(by < -max_offset ? -max_offset : by > max_offset ? max_offset : by);
         all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;
@@ -14127,7 +14140,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__bodies_are_new, springls__find_bodies),                        \
+    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -14326,6 +14339,20 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
+}
+
+/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as
+   a whole calls this first, so that no motion is lost. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    springls_step_desc rest;
+    float displacement;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    if (!(displacement > 0.0f)) return SPRINGLS_OK;
+    memset(&rest, 0, sizeof rest);
+    return springls_step(ctx, &rest);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -14694,7 +14721,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_body = 0;
+    if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -17312,169 +17339,6 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__report_device_failure(ctx, status);
 }
 
-/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
-/* component_views.h - shows components, their events, and the component of any place. */
-
-/* Completes a step in progress, and finds the components of a model that has changed since. */
-SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
-{
-    if (!springls__components_enabled(ctx))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
-}
-
-SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
-{
-    int i;
-    springls_component *shown;
-    if (components) *components = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!components || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
-                                        sizeof(springls__component), 0));
-    shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
-    *components = shown;
-    *count = ctx->component_count;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
-{
-    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
-    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
-}
-
-SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
-{
-    springls__labels labels;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
-    for (i = 0; i < 3 * count; i++)
-        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
-    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
-    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
-    for (i = 0; i < count; i++) {
-        int32_t body, cavity;
-        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
-        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
-    }
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
-{
-    springls_event *event;
-    const springls_component *part;
-    int i;
-    if (events) *events = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
-    event = (springls_event *)ctx->event_memory.data;
-    part = (const springls_component *)ctx->event_part_memory.data;
-    for (i = 0; i < ctx->event_count; i++) {
-        event[i].before = event[i].before_count ? part : NULL;
-        part += event[i].before_count;
-        event[i].after = event[i].after_count ? part : NULL;
-        part += event[i].after_count;
-    }
-    *events = event;
-    *count = ctx->event_count;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>confidence  (src/output/confidence.h) ============================================================== */
-/* confidence.h - how far springls and vertices may be from where they should be. */
-
-typedef struct springls__confidence_job {
-    const springls_context *ctx;
-    const springls_mesh *mesh;
-    springls_error_estimate *out;
-} springls__confidence_job;
-
-/* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_error_estimate springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
-                                                         float error, bool original)
-{
-    springls__span span = springls__span_at(model, x, n, a, model->set.count);
-    springls_error_estimate confidence;
-    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error, original);
-    confidence.correspondence = SPRINGLS__SURE * error;
-    return confidence;
-}
-
-SPRINGLS__FN void springls__springl_confidence_task(void *arg, int begin, int end)
-{
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    for (; begin < end; begin++)
-        job->out[begin] = springls__confidence_of(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
-                                                  model->set.a[begin], model->set.error[begin],
-                                                  (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
-}
-
-/* Treats vertices as springls that are born there. */
-SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
-{
-    const springls__confidence_job *job = (const springls__confidence_job *)arg;
-    const springls_context *ctx = job->ctx;
-    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
-    for (; begin < end; begin++) {
-        size_t v = 3 * (size_t)begin;
-        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
-        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
-        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__confidence_of(&ctx->model, x, n, a,
-                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
-    }
-}
-
-/* Completes a step in progress, and runs a task with the springls in their cells. */
-SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int count, springls_task task,
-                                                      springls__confidence_job *job)
-{
-    job->ctx = ctx;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    springls__parallel(ctx, count, 32, task, job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
-{
-    springls__confidence_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
-    job.mesh = NULL;
-    job.out = out;
-    return springls__run_confidence(ctx, ctx->model.set.count, springls__springl_confidence_task, &job);
-}
-
-SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
-{
-    springls__confidence_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
-    job.mesh = mesh;
-    job.out = out;
-    return springls__run_confidence(ctx, mesh->vertex_count, springls__mesh_confidence_task, &job);
-}
-
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
@@ -18556,6 +18420,164 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__components_enabled(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>error_estimates  (src/output/error_estimates.h) ==================================================== */
+/* error_estimates.h - how far springls and vertices may be from where they should be. */
+
+typedef struct springls__error_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    springls_error_estimate *out;
+} springls__error_job;
+
+/* Makes both numbers of an error on the original surface, at a place x that faces n. */
+SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             springls__v3 a, float error, bool original)
+{
+    springls__span span = springls__span_at(model, x, n, a, model->set.count);
+    springls_error_estimate estimate;
+    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original);
+    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error;
+    return estimate;
+}
+
+SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
+{
+    const springls__error_job *job = (const springls__error_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end; begin++)
+        job->out[begin] = springls__estimate_error(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+                                                   model->set.a[begin], model->set.error[begin],
+                                                   (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
+}
+
+/* Treats vertices as springls that are born there. */
+SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
+{
+    const springls__error_job *job = (const springls__error_job *)arg;
+    const springls_context *ctx = job->ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
+        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,
+                                                   springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
+    }
+}
+
+/* Runs a task with the springls in their cells; no step is in progress. */
+SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx, int count, springls_task task,
+                                                           springls__error_job *job)
+{
+    job->ctx = ctx;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    springls__parallel(ctx, count, 32, task, job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
+{
+    springls__error_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
+    job.mesh = NULL;
+    job.out = out;
+    return springls__run_error_estimates(ctx, ctx->model.set.count, springls__springl_errors_task, &job);
+}
+
+SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
+{
+    springls__error_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    job.mesh = mesh;
+    job.out = out;
+    return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
+}
+
 /* ======== >>material  (src/output/material.h) ================================================================== */
 /* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
    springls and of the vertices of extracted meshes. */
@@ -19277,7 +19299,7 @@ typedef struct springls__snapshot_state {
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
     uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_body;
+    uint32_t next_id, step, last_component_id, last_contact_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -19426,7 +19448,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->components_fresh = ctx->components_fresh;
     s->volumes_locked = ctx->volumes_locked;
     s->last_component_id = ctx->last_component_id;
-    s->last_body = ctx->last_body;
+    s->last_contact_body = ctx->last_contact_body;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -19901,7 +19923,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
     ctx->last_component_id = s->last_component_id;
-    ctx->last_body = s->last_body;
+    ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
@@ -20150,7 +20172,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1791 \"springls.h\"\n",
+    "#line 1792 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20228,7 +20250,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1870 \"springls.h\"\n",
+    "#line 1871 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20270,7 +20292,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
-    "    X(has_joints, uint8_t, 1)                   /* of an active brick: 1 where voxels may join others                         */ \\\n",
+    "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -20305,15 +20327,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
-    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__springl_components, 2)                    \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)    \\\n",
+    "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
+    "    X(springl_components, struct springls__bounded_components, 2)                                                                \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
     "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1956 \"springls.h\"\n",
+    "#line 1958 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20389,7 +20412,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2033 \"springls.h\"\n",
+    "#line 2035 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20408,7 +20431,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20423,7 +20446,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2069 \"springls.h\"\n",
+    "#line 2071 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20547,7 +20570,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2193 \"springls.h\"\n",
+    "#line 2195 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20573,7 +20596,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2222 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20724,7 +20747,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2372 \"springls.h\"\n",
+    "#line 2374 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20739,7 +20762,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2387 \"springls.h\"\n",
+    "#line 2389 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20863,14 +20886,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2511 \"springls.h\"\n",
+    "#line 2513 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2519 \"springls.h\"\n",
+    "#line 2521 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20882,7 +20905,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2531 \"springls.h\"\n",
+    "#line 2533 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20897,7 +20920,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2547 \"springls.h\"\n",
+    "#line 2549 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20941,7 +20964,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2591 \"springls.h\"\n",
+    "#line 2593 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20956,7 +20979,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2606 \"springls.h\"\n",
+    "#line 2608 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21000,7 +21023,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2650 \"springls.h\"\n",
+    "#line 2652 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21079,7 +21102,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2729 \"springls.h\"\n",
+    "#line 2731 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21094,7 +21117,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2747 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21157,7 +21180,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2808 \"springls.h\"\n",
+    "#line 2810 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21172,7 +21195,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2823 \"springls.h\"\n",
+    "#line 2825 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21235,7 +21258,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2887 \"springls.h\"\n",
+    "#line 2889 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21251,10 +21274,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: is kept (springls_set_keep_mask)                                    */ \\\n",
     "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
     "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
-    "    X(BODY, uint32_t, 1, set, body)                 /* stays two on contact with others (params.contact); 0: not found yet     */ \\\n",
+    "    X(CONTACT_BODY, uint32_t, 1, set, contact_body) /* stays two on contact (params.contact); 0: not found yet                */ \\\n",
     "    X(OVERLAPPED, uint8_t, 1, set, overlapped)      /* 1: lay in another body when phi last followed (overlap.h)              */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
-    "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (confidence.h)              */ \\\n",
+    "    X(ERROR, float, 1, set, error)                  /* of the correspondence, voxels: an estimate (error_estimates.h)         */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
     "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \\\n",
@@ -21267,7 +21290,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
@@ -21476,7 +21499,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = record->cavity = record->body = 0u;\n",
+    "    record->component = record->cavity = record->contact_body = 0u;\n",
     "    record->overlapped = 0;\n",
     "    record->phi = record->error = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
@@ -21487,13 +21510,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    model->set.component[i] = model->set.component[from];\n",
     "    model->set.cavity[i] = model->set.cavity[from];\n",
-    "    model->set.body[i] = model->set.body[from];\n",
+    "    model->set.contact_body[i] = model->set.contact_body[from];\n",
     "}\n",
     "\n",
     "/* Returns true when two springls are of bodies that stay two. */\n",
-    "SPRINGLS__MATHS bool springls__of_two_bodies(const springls__model *model, int i, int other)\n",
+    "SPRINGLS__MATHS bool springls__of_two_contact_bodies(const springls__model *model, int i, int other)\n",
     "{\n",
-    "    uint32_t a = model->set.body[i], b = model->set.body[other];\n",
+    "    uint32_t a = model->set.contact_body[i], b = model->set.contact_body[other];\n",
     "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && a != b && a != 0u && b != 0u;\n",
     "}\n",
     "\n",
@@ -21571,7 +21594,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3224 \"springls.h\"\n",
+    "#line 3226 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22012,7 +22035,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3666 \"springls.h\"\n",
+    "#line 3668 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22188,7 +22211,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3843 \"springls.h\"\n",
+    "#line 3845 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22361,36 +22384,37 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4017 \"springls.h\"\n",
-    "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
-    "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
+    "#line 4019 \"springls.h\"\n",
+    "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
+    "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
     "typedef struct springls__span {\n",
     "    springls__fit fit;\n",
     "    springls__fit_solution solution;\n",
-    "    float shrink[2]; /* the smaller and the larger length on the original surface of a voxel's length here */\n",
+    "    float original_length[2]; /* the smaller and the larger length on the original surface of a voxel's length here */\n",
     "} springls__span;\n",
     "\n",
     "/* Finds how lengths along the surface map to the original: the singular values of the gradient of a. */\n",
-    "SPRINGLS__MATHS void springls__find_shrink(springls__span *span)\n",
+    "SPRINGLS__MATHS void springls__find_stretch(springls__span *span)\n",
     "{\n",
     "    float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;\n",
     "    const float least = 1e-2f; /* a voxel there may be a hundred here */\n",
     "    int v;\n",
     "    for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS), w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "        float w = span->solution.x[v][2] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
     "        uu += u * u;\n",
     "        uv += u * w;\n",
     "        vv += w * w;\n",
     "    }\n",
     "    mean = 0.5f * (uu + vv);\n",
     "    spread = springls__sqrt(0.25f * (uu - vv) * (uu - vv) + uv * uv);\n",
-    "    span->shrink[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);\n",
-    "    span->shrink[1] = springls__max(springls__sqrt(mean + spread), least);\n",
+    "    span->original_length[0] = springls__max(springls__sqrt(springls__max(mean - spread, 0.0f)), least);\n",
+    "    span->original_length[1] = springls__max(springls__sqrt(mean + spread), least);\n",
     "}\n",
     "\n",
     "/* Fits the surface around p, facing n, over springls before `known`, by heights over p and correspondences relative to a. */\n",
@@ -22408,7 +22432,7 @@ static const char *const springls__kernel_lines[] = {
     "    terms = springls__fit_terms(span.fit.count);\n",
     "    span.solution = springls__fit_coefficients(&span.fit, terms);\n",
     "    if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);\n",
-    "    if (span.solution.terms) springls__find_shrink(&span);\n",
+    "    if (span.solution.terms) springls__find_stretch(&span);\n",
     "    return span;\n",
     "}\n",
     "\n",
@@ -22439,13 +22463,13 @@ static const char *const springls__kernel_lines[] = {
     "    return sums;\n",
     "}\n",
     "\n",
-    "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels of\n",
-    "   the original surface: the standard error of a fit at p, what it differs from the fit by, and the errors of its sources. Heights\n",
+    "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
+    "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
     "   count by as much as the surface has become thinner, as without a change of volume. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
-    "    const float sure = 4.0f; /* standard errors */\n",
+    "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
     "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
@@ -22455,8 +22479,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;\n",
     "    springls__fit_substitute(span.solution.l, span.solution.terms, unit);\n",
     "    spare = springls__imax(span.fit.count - span.solution.terms, 1);\n",
-    "    variance = sure * unit[0] / (float)spare;\n",
-    "    thinner = SPRINGLS__FIT_RADIUS / (span.shrink[0] * span.shrink[1]);\n",
+    "    variance = standard_errors * standard_errors * unit[0] / (float)spare;\n",
+    "    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);\n",
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
@@ -22464,22 +22488,22 @@ static const char *const springls__kernel_lines[] = {
     "                          + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
-    "/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where\n",
-    "   the surface is stretched already, and is less: the fourth root of that is measured. */\n",
-    "SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)\n",
+    "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
+    "   a split or fill by the fourth root of it, as it began on a surface that was stretched already. */\n",
+    "SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float error, int original)\n",
     "{\n",
     "    float a = 1.0f, b = 1.0f, c = 1.0f, growth;\n",
     "    if (span->solution.terms) {\n",
-    "        a = 1.0f / span->shrink[0];\n",
-    "        b = 1.0f / span->shrink[1];\n",
-    "        c = span->shrink[0] * span->shrink[1];\n",
+    "        a = 1.0f / span->original_length[0];\n",
+    "        b = 1.0f / span->original_length[1];\n",
+    "        c = span->original_length[0] * span->original_length[1];\n",
     "    }\n",
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
     "\n",
-    "/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds\n",
-    "   that, that of a motion that turns or stretches as this one does, and that of rounding. */\n",
+    "/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,\n",
+    "   that of a motion that turns or stretches as this one does, and that of rounding. */\n",
     "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)\n",
     "{\n",
     "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
@@ -22494,7 +22518,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4151 \"springls.h\"\n",
+    "#line 4154 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22503,7 +22527,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4160 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22518,7 +22542,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4176 \"springls.h\"\n",
+    "#line 4179 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22531,7 +22555,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4189 \"springls.h\"\n",
+    "#line 4192 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22546,7 +22570,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4204 \"springls.h\"\n",
+    "#line 4207 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22559,7 +22583,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4217 \"springls.h\"\n",
+    "#line 4220 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22820,7 +22844,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4969 \"springls.h\"\n",
+    "#line 4973 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22846,7 +22870,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4996 \"springls.h\"\n",
+    "#line 5000 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22915,7 +22939,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5066 \"springls.h\"\n",
+    "#line 5070 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -22969,7 +22993,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -23006,7 +23030,7 @@ static const char *const springls__kernel_lines[] = {
     "        float within = radius + s->bounding_radius, d2;\n",
     "        springls__tri_plan plan;\n",
     "        int here;\n",
-    "        if (of >= 0 && !springls__of_two_bodies(model, of, i)) continue;\n",
+    "        if (of >= 0 && !springls__of_two_contact_bodies(model, of, i)) continue;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
@@ -23017,7 +23041,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5169 \"springls.h\"\n",
+    "#line 5173 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23058,10 +23082,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when springl `other` with normal m is no neighbour of springl i with normal n: it is of another sheet, or body. */\n",
-    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
+    "/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */\n",
+    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
     "{\n",
-    "    if (springls__of_two_bodies(model, i, other)) return true;\n",
+    "    if (springls__of_two_contact_bodies(model, i, other)) return true;\n",
     "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
     "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
     "}\n",
@@ -23094,7 +23118,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__pulls_not(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -23108,7 +23132,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5261 \"springls.h\"\n",
+    "#line 5265 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23215,7 +23239,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it is behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have\n",
+    "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -23302,7 +23327,7 @@ static const char *const springls__kernel_lines[] = {
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
-    "        if (springls__of_two_bodies(model, i, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -23325,7 +23350,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5479 \"springls.h\"\n",
+    "#line 5484 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23335,9 +23360,9 @@ static const char *const springls__kernel_lines[] = {
     "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
     "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
     "\n",
-    "/* Gives springl i short arms for relax, and for finding its neighbors: arms as long as its share reach across creases, and turn it\n",
-    "   too far. A masked one keeps its own. */\n",
-    "SPRINGLS__MATHS void springls__draw_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and\n",
+    "   turn it too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float arm = 0.45f; /* voxel */\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -23349,7 +23374,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
     "}\n",
     "\n",
-    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not count. */\n",
+    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not\n",
+    "   count. */\n",
     "typedef struct springls__cell_sides {\n",
     "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
     "} springls__cell_sides;\n",
@@ -23450,7 +23476,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5605 \"springls.h\"\n",
+    "#line 5611 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23526,7 +23552,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5682 \"springls.h\"\n",
+    "#line 5688 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23541,7 +23567,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5703 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23556,7 +23582,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5713 \"springls.h\"\n",
+    "#line 5719 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23567,7 +23593,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5724 \"springls.h\"\n",
+    "#line 5730 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23582,7 +23608,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5739 \"springls.h\"\n",
+    "#line 5745 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23593,7 +23619,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5750 \"springls.h\"\n",
+    "#line 5756 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23696,7 +23722,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5854 \"springls.h\"\n",
+    "#line 5860 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24175,7 +24201,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6334 \"springls.h\"\n",
+    "#line 6340 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24226,7 +24252,7 @@ static const char *const springls__kernel_lines[] = {
     "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
-    "            if (*nearest_springl >= 0 && springls__of_two_bodies(model, *nearest_springl, other)) {\n",
+    "            if (*nearest_springl >= 0 && springls__of_two_contact_bodies(model, *nearest_springl, other)) {\n",
     "                if (d2 >= best) continue;\n",
     "                sum = springls__v3_make(0.0f, 0.0f, 0.0f); /* of the body of the nearest one */\n",
     "                count = 0;\n",
@@ -24262,7 +24288,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
@@ -24282,7 +24308,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6442 \"springls.h\"\n",
+    "#line 6448 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24307,7 +24333,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
     "    return true;\n",
@@ -24324,7 +24350,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        if (springls__of_two_bodies(model, of, other)) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        weight += estimate.weight;\n",
     "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
@@ -24381,7 +24407,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
-    "            || springls__of_two_bodies(model, i, other)) continue;\n",
+    "            || springls__of_two_contact_bodies(model, i, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -24418,7 +24444,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6579 \"springls.h\"\n",
+    "#line 6585 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24607,7 +24633,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6769 \"springls.h\"\n",
+    "#line 6775 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24718,9 +24744,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6881 \"springls.h\"\n",
-    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap, and\n",
-    "   phi is that of their union. */\n",
+    "#line 6887 \"springls.h\"\n",
+    "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
+    "   and phi is that of their union. */\n",
     "\n",
     "/* Finds whether springl i lies in another body, by the springls of that one near it. Deep in it there are none, and nothing\n",
     "   changes. */\n",
@@ -24731,13 +24757,13 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6895 \"springls.h\"\n",
+    "#line 6901 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
     "\n",
-    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
-    "   side. */\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so\n",
+    "   that those near a brick lie side by side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
@@ -25077,7 +25103,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7242 \"springls.h\"\n",
+    "#line 7248 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25228,7 +25254,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7394 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25258,7 +25284,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7424 \"springls.h\"\n",
+    "#line 7430 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25273,7 +25299,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7440 \"springls.h\"\n",
+    "#line 7446 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25442,7 +25468,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7609 \"springls.h\"\n",
+    "#line 7615 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25457,7 +25483,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7624 \"springls.h\"\n",
+    "#line 7630 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25626,7 +25652,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7793 \"springls.h\"\n",
+    "#line 7799 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25662,7 +25688,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7830 \"springls.h\"\n",
+    "#line 7836 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25786,14 +25812,23 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7955 \"springls.h\"\n",
+    "#line 7961 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
-    "   between voxels has no neighbour inside: it is joined to the rest where the springls show that the limb goes on, and else it goes. */\n",
+    "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
+    "   removed. */\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
+    "/* Finds voxel x of a row of the brick at o. */\n",
+    "SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[3])\n",
+    "{\n",
+    "    at[0] = o[0] + x;\n",
+    "    at[1] = o[1] + (row & 7);\n",
+    "    at[2] = o[2] + (row >> 3);\n",
+    "}\n",
+    "\n",
     "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
-    "SPRINGLS__MATHS void springls__step_to(const int at[3], int d, int to[3])\n",
+    "SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])\n",
     "{\n",
     "    to[0] = at[0] + (d == 1) - (d == 0);\n",
     "    to[1] = at[1] + (d == 3) - (d == 2);\n",
@@ -25869,7 +25904,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
-    "            springls__step_to(from, d, to);\n",
+    "            springls__neighbor_voxel(from, d, to);\n",
     "            if ((springls__phi_of(g, to) < 0.0f) != inside) continue;\n",
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
@@ -25880,9 +25915,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__JOIN_PHI 0.6f /* voxel: no voxel further outside joins two others */\n",
     "\n",
-    "/* Returns where two voxels beside each of several, in directions d1 and d2 of a tile, are inside, and neither it nor the fourth\n",
-    "   voxel of the square is. */\n",
-    "SPRINGLS__VEC_MATHS springls__vmask springls__parts_square(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
+    "/* Finds joint candidates among several voxels: outside, between inside voxels in directions d1 and d2 of a tile, and the fourth\n",
+    "   voxel of the square outside too. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__are_joint_candidates(SPRINGLS__LOCAL const float *phi, int d1, int d2)\n",
     "{\n",
     "    springls__vec c = springls__vec_load(phi);\n",
     "    return (c >= 0.0f) & (c < SPRINGLS__JOIN_PHI) & (springls__vec_load(phi + d1) < 0.0f)\n",
@@ -25900,24 +25935,24 @@ static const char *const springls__kernel_lines[] = {
     "    return a.at[1] != b.at[1] ? a.at[1] < b.at[1] : a.at[0] < b.at[0];\n",
     "}\n",
     "\n",
-    "/* Takes the voxel beside inside voxel `from` in direction d1 as the joint of its part where it is better: to the voxel beside it\n",
-    "   in direction d2, when a limb passes between, by the springls. */\n",
-    "SPRINGLS__MATHS void springls__try_joint(const springls__model *model, const springls__part *part, const int from[3], int d1,\n",
-    "                                         int d2, springls__joint *best)\n",
+    "/* Replaces the best joint of a part by the voxel beside inside voxel `from` in direction d1, to the voxel beside that in\n",
+    "   direction d2, when it is better and the springls show that a limb passes between. */\n",
+    "SPRINGLS__MATHS void springls__take_better_joint(const springls__model *model, const springls__part *part, const int from[3],\n",
+    "                                                 int d1, int d2, springls__joint *best)\n",
     "{\n",
     "    const float near_by = 1.6f; /* voxels */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__joint joint, other;\n",
     "    int to[3];\n",
     "    if (d1 >> 1 == d2 >> 1) return;\n",
-    "    springls__step_to(from, d1, joint.at);\n",
-    "    springls__step_to(from, d2, other.at);\n",
+    "    springls__neighbor_voxel(from, d1, joint.at);\n",
+    "    springls__neighbor_voxel(from, d2, other.at);\n",
     "    joint.phi = springls__phi_of(g, joint.at);\n",
     "    other.phi = springls__phi_of(g, other.at);\n",
     "    if (joint.phi < 0.0f || other.phi < 0.0f) return;\n",
     "    if (!springls__better_joint(joint, *best) || springls__better_joint(other, joint)) return;\n",
     "    if (!springls__grid_contains(g, joint.at[0], joint.at[1], joint.at[2])) return;\n",
-    "    springls__step_to(joint.at, d2, to);\n",
+    "    springls__neighbor_voxel(joint.at, d2, to);\n",
     "    if (springls__phi_of(g, to) >= 0.0f || springls__part_has(part, to)) return;\n",
     "    if (springls__side_of_springls(model, springls__v3_make(0.5f * (float)(from[0] + to[0]), 0.5f * (float)(from[1] + to[1]),\n",
     "                                                            0.5f * (float)(from[2] + to[2])), -1, near_by) < 0)\n",
@@ -25933,20 +25968,20 @@ static const char *const springls__kernel_lines[] = {
     "    best.phi = SPRINGLS__JOIN_PHI;\n",
     "    for (i = 0; i < part->count; i++) {\n",
     "        springls__part_place(part, i, from);\n",
-    "        for (d = 0; d < 36; d++) springls__try_joint(model, part, from, d / 6, d % 6, &best);\n",
+    "        for (d = 0; d < 36; d++) springls__take_better_joint(model, part, from, d / 6, d % 6, &best);\n",
     "    }\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Returns whether voxel `at`, outside, is a corner of a square whose other diagonal has inside voxel `from`, in direction d1, and\n",
-    "   another inside voxel, and whose fourth corner is outside. */\n",
-    "SPRINGLS__MATHS bool springls__may_join_from(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
+    "/* Returns true when voxel `at`, outside, is a joint candidate: a corner of a square whose other diagonal has inside voxel `from`,\n",
+    "   in direction d1, and another inside voxel, and whose fourth corner is outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const int at[3], const int from[3], int d1)\n",
     "{\n",
     "    int d2, to[3], other[3];\n",
     "    for (d2 = 0; d2 < 6; d2++) {\n",
     "        if (d1 >> 1 == d2 >> 1) continue;\n",
-    "        springls__step_to(at, d2, to);\n",
-    "        springls__step_to(from, d2, other);\n",
+    "        springls__neighbor_voxel(at, d2, to);\n",
+    "        springls__neighbor_voxel(from, d2, other);\n",
     "        if (springls__phi_of(g, to) < 0.0f && springls__phi_of(g, other) >= 0.0f) return true;\n",
     "    }\n",
     "    return false;\n",
@@ -25954,14 +25989,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts\n",
     "   have the same order of joints, no tunnel comes about. */\n",
-    "SPRINGLS__MATHS bool springls__joins(const springls__model *model, const int at[3])\n",
+    "SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])\n",
     "{\n",
     "    springls__part part;\n",
     "    int d, from[3];\n",
     "    for (d = 0; d < 6; d++) {\n",
     "        springls__joint best;\n",
-    "        springls__step_to(at, d, from);\n",
-    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__may_join_from(&model->grid, at, from, d)\n",
+    "        springls__neighbor_voxel(at, d, from);\n",
+    "        if (springls__phi_of(&model->grid, from) >= 0.0f || !springls__is_joint_candidate(&model->grid, at, from, d)\n",
     "            || !springls__find_small_part(&model->grid, from, SPRINGLS__LARGEST_SPECK, &part)) continue;\n",
     "        best = springls__best_joint(model, &part);\n",
     "        if (best.at[0] == at[0] && best.at[1] == at[1] && best.at[2] == at[2]) return true;\n",
@@ -25969,34 +26004,34 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns whether some of eight voxels may join others; phi points into a tile. */\n",
-    "SPRINGLS__MATHS bool springls__may_join(SPRINGLS__LOCAL const float *phi)\n",
+    "/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)\n",
     "{\n",
     "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vmask m = springls__parts_square(phi + i, 1, y) | springls__parts_square(phi + i, -1, y)\n",
-    "                          | springls__parts_square(phi + i, 1, -y) | springls__parts_square(phi + i, -1, -y)\n",
-    "                          | springls__parts_square(phi + i, 1, z) | springls__parts_square(phi + i, -1, z)\n",
-    "                          | springls__parts_square(phi + i, 1, -z) | springls__parts_square(phi + i, -1, -z)\n",
-    "                          | springls__parts_square(phi + i, y, z) | springls__parts_square(phi + i, -y, z)\n",
-    "                          | springls__parts_square(phi + i, y, -z) | springls__parts_square(phi + i, -y, -z);\n",
+    "        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)\n",
+    "                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)\n",
+    "                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)\n",
+    "                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);\n",
     "        if (springls__vec_any(m)) return true;\n",
     "    }\n",
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i has voxels that may join others. */\n",
-    "SPRINGLS__MATHS void springls__may_join_element(const springls__model *model, springls__arguments args, int i,\n",
+    "/* Finds whether active brick i has joint candidates. */\n",
+    "SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *may_join = springls__has_joints(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *candidates = springls__has_joint_candidates(model) + i;\n",
     "    int row;\n",
     "    (void)args;\n",
-    "    if (model->group.item == 0) *may_join = 0;\n",
+    "    if (model->group.item == 0) *candidates = 0;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__may_join(tile + springls__tile_index(0, row & 7, row >> 3))) *may_join = 1;\n",
+    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -26005,7 +26040,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joints(model)[i] != 0;\n",
+    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -26013,12 +26048,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
     "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool here = some && springls__may_join(phi);\n",
+    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            at[0] = o[0] + x;\n",
-    "            at[1] = o[1] + (row & 7);\n",
-    "            at[2] = o[2] + (row >> 3);\n",
-    "            out[x] = here && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI && springls__joins(model, at) ? inside : phi[x];\n",
+    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
+    "            springls__row_voxel(o, row, x, at);\n",
+    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -26032,9 +26066,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(x < 0.0f, springls__vec_select(inside, one, none), springls__vec_select(inside, none, one));\n",
     "}\n",
     "\n",
-    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than `few`. phi\n",
-    "   points into a tile. */\n",
-    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float few, float beside[8])\n",
+    "/* Writes how many of the six neighbours of each of eight voxels are on its side; returns whether any has no more than\n",
+    "   `max_neighbors`. phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, float max_neighbors, float beside[8])\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -26045,7 +26079,7 @@ static const char *const springls__kernel_lines[] = {
     "                        + springls__same_side(v.ym, inside) + springls__same_side(v.yp, inside)\n",
     "                        + springls__same_side(v.zm, inside) + springls__same_side(v.zp, inside);\n",
     "        springls__vec_store(beside + i, n);\n",
-    "        some = some || springls__vec_any(n <= few);\n",
+    "        some = some || springls__vec_any(n <= max_neighbors);\n",
     "    }\n",
     "    return some;\n",
     "}\n",
@@ -26061,7 +26095,7 @@ static const char *const springls__kernel_lines[] = {
     "        int beyond = 0;\n",
     "        for (side = 0; side < 2; side++) {\n",
     "            float other;\n",
-    "            springls__step_to(at, 2 * axis + side, to);\n",
+    "            springls__neighbor_voxel(at, 2 * axis + side, to);\n",
     "            other = springls__phi_of(g, to);\n",
     "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
     "            width += (phi < 0.0f) == (other < 0.0f)\n",
@@ -26074,12 +26108,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when a voxel is of a part of less than min_component. */\n",
-    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int most)\n",
+    "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)\n",
     "{\n",
     "    springls__part part;\n",
     "    float volume = 0.0f;\n",
     "    int i, place[3];\n",
-    "    if (!springls__find_small_part(g, at, most, &part)) return false;\n",
+    "    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;\n",
     "    for (i = 0; i < part.count; i++) {\n",
     "        springls__part_place(&part, i, place);\n",
     "        volume += springls__share_of_voxel(g, place);\n",
@@ -26087,14 +26121,14 @@ static const char *const springls__kernel_lines[] = {
     "    return volume < min_component;\n",
     "}\n",
     "\n",
-    "/* Returns the value of a voxel whose part goes: the nearest to the surface of its neighbours on the other side. */\n",
+    "/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */\n",
     "SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    float phi = springls__phi_of(g, at), best = 0.5f;\n",
     "    int d, to[3];\n",
     "    for (d = 0; d < 6; d++) {\n",
     "        float other;\n",
-    "        springls__step_to(at, d, to);\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
     "        other = springls__phi_of(g, to);\n",
     "        if ((phi < 0.0f) != (other < 0.0f)) best = springls__min(best, springls__fabs(other));\n",
     "    }\n",
@@ -26107,7 +26141,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
-    "    const int most = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* voxels of a speck, thin as it may be */\n",
+    "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -26115,19 +26149,17 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
     "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], few = (float)(most - 1);\n",
-    "        bool some = springls__count_beside(phi, few, beside);\n",
+    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
+    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
     "        for (x = 0; x < 8; x++) {\n",
     "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > few) continue;\n",
-    "            at[0] = o[0] + x;\n",
-    "            at[1] = o[1] + (row & 7);\n",
-    "            at[2] = o[2] + (row >> 3);\n",
-    "            if (springls__is_speck_voxel(g, at, least, most)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            springls__row_voxel(o, row, x, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8309 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26224,7 +26256,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8395 \"springls.h\"\n",
+    "#line 8407 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26300,7 +26332,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8472 \"springls.h\"\n",
+    "#line 8484 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26536,7 +26568,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8709 \"springls.h\"\n",
+    "#line 8721 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26561,7 +26593,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8735 \"springls.h\"\n",
+    "#line 8747 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26820,7 +26852,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8995 \"springls.h\"\n",
+    "#line 9007 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26832,7 +26864,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
-    "    X(draw_in, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                        \\\n",
+    "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
     "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
@@ -26855,7 +26887,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16,                                                                                                      \\\n",
     "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
-    "          | SPRINGLS__BIT(BODY) | SPRINGLS__BIT(ERROR))                                                                          \\\n",
+    "          | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -26878,7 +26910,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(may_join, 8, SPRINGLS__ROLE_BIT(has_joints), SPRINGLS__TILE_VOXELS)                                                        \\\n",
+    "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
     "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
     "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
@@ -26910,7 +26942,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26914 \"springls.h\"\n",
+    "#line 26946 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27807,10 +27839,10 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
 }
 
 /* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
-SPRINGLS__FN uint32_t springls__body_beside(const springls_context *ctx, const springls_context *other, int j)
+SPRINGLS__FN uint32_t springls__contact_body_beside(const springls_context *ctx, const springls_context *other, int j)
 {
-    uint32_t body = other->model.set.body[j];
-    return ctx->last_body ? ctx->last_body + (body ? body : 1u) : 0u;
+    uint32_t body = other->model.set.contact_body[j];
+    return ctx->last_contact_body ? ctx->last_contact_body + (body ? body : 1u) : 0u;
 }
 
 /* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
@@ -27824,7 +27856,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
-    record.body = springls__body_beside(ctx, other, j);
+    record.contact_body = springls__contact_body_beside(ctx, other, j);
     springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
@@ -27854,8 +27886,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
-    if (ctx->last_body) ctx->last_body += other->last_body + 1u;
-    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_body = 0; /* bodies consist of springls of both */
+    if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
+    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -27897,7 +27929,7 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
-    if (springls__bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_bodies(ctx));
+    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
@@ -27936,8 +27968,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    status = springls__finish_step(other);
+    SPRINGLS__TRY(springls__settle(ctx));
+    status = springls__settle(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -27956,7 +27988,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
@@ -28118,7 +28150,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.zero_level);
@@ -28197,7 +28229,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle(ctx));
     params = ctx->model.params;
     time = ctx->time;
     if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
@@ -28237,7 +28269,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
