@@ -509,7 +509,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
 /* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:
-   none. */
+   none. Rows need not be adjacent: row i begins at (const char *)data + i * stride. */
 typedef struct springls_view { const float *data; int count; size_t stride; } springls_view;
 
 /* Returns the number of springls. */
@@ -553,7 +553,8 @@ typedef struct springls_component {
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
-   springl they are born beside, until components are found at the end of the step. */
+   springl they are born beside, until components are found at the end of the step. Belongs to the context, until the next call
+   that changes the model. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
 /* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
@@ -565,7 +566,8 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
 typedef enum springls_event_kind {
     SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
-    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest that has not passed its id to
+                                  a larger part in the same step; of equal ones the lowest                          */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
 } springls_event_kind;
 
@@ -841,7 +843,7 @@ typedef enum springls_operation {
      springls_material_triangle_count on, as it was before the call.
    - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
      the other operations bodies are found anew.
-   - The other model stays as it is; a step in progress there is completed first.
+   - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);

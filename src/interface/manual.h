@@ -366,7 +366,7 @@
 
      - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
      - A component that appears from nothing keeps the volume that it appears with.
-     - Parts of less than 10 voxels count as belonging to the largest component.
+     - Parts of less than 10 voxels count as belonging to the largest component; a model that is all smaller is not locked.
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
      - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.

@@ -116,8 +116,8 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as
-   a whole calls this first, so that no motion is lost. */
+/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces
+   phi as a whole calls this first, so that no motion is lost. */
 SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
 {
     springls_step_desc rest;

@@ -248,7 +248,7 @@ SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, co
                                                     (float)(sums->moment[2] * weight)), out->center);
 }
 
-/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
+/* Gives every springl the ids of what it bounds. One that bounds no body keeps the id of its body while that exists. */
 SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__component_graph *graph)
 {
     springls__constellation *set = &ctx->model.set;
@@ -256,6 +256,8 @@ SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls
     for (i = 0; i < set->count; i++) {
         springls__bounded_components current = graph->place[i];
         if (current.body >= 0) set->component[i] = graph->labels.item[current.body].id;
+        else if (springls__find_component(springls__component_list(ctx), ctx->component_count, set->component[i]) < 0)
+            set->component[i] = 0u;
         set->cavity[i] = current.cavity >= 0 ? graph->labels.item[current.cavity].id : 0u;
     }
 }
