@@ -415,7 +415,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     const springls__grid *g = &ctx->model.grid;
     const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
     double x[3];
-    float phi, near, last = FLT_MAX;
+    float phi, short_range, last = FLT_MAX;
     int k, center[3];
     springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     search->x = springls__world_to_model(ctx, world);
@@ -429,11 +429,11 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;
     phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
-    near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
-    if (phi < g->far_value && near < last) { /* phi is nearly the distance: a short search may be enough */
-        search->limit2 = near * near;
+    short_range = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
+    if (phi < g->far_value && short_range < last) { /* phi is nearly the distance: a short search may be enough */
+        search->limit2 = short_range * short_range;
         springls__level_try_rings(search, center);
-        if (search->best.found && search->d2 <= near * near) return search->best;
+        if (search->best.found && search->d2 <= short_range * short_range) return search->best;
         search->best.found = false;
     }
     search->limit2 = last < 1e18f ? last * last : FLT_MAX;
