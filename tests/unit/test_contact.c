@@ -240,20 +240,25 @@ TEST contract_keeps_a_gap(float gap, int keep_thin)
     PASS();
 }
 
+/* How often one of the first `side` springls has a neighbor that comes after them. */
+static int neighbors_across(springls_context *ctx, int side)
+{
+    int k, across = 0;
+    for (k = 0; k < side * SPRINGLS__NEIGHBOR_ROW; k++) across += fixture_here(ctx)->cells.neighbors[k] >= 3 * side;
+    return across;
+}
+
 /* Across a gap springls do not pull each other; the sides of a sheet do. */
 TEST neighbors_are_of_one_body(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 16.0f, 16.0f, 16.0f, 10.0f);
-    int side, i, k, across = 0;
+    int side;
     fixture_clear(ctx);
     lay_side(ctx, 15.9f, 1);
     side = springls_count(ctx);
     lay_side(ctx, 16.1f, -1);
     ASSERT_OK(springls_relax(ctx));
-    for (i = 0; i < side; i++)
-        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)
-            across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
-    ASSERT_EQ(0, across);
+    ASSERT_EQ(0, neighbors_across(ctx, side));
     springls_destroy(ctx);
     PASS();
 }
@@ -263,7 +268,7 @@ TEST neighbors_are_of_their_body(void)
 {
     springls_params p = springls_default_params();
     springls_context *ctx;
-    int side, i, k, across = 0;
+    int side, i;
     p.contact = SPRINGLS_CONTACT_SEPARATE;
     ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
     fixture_clear(ctx);
@@ -272,10 +277,7 @@ TEST neighbors_are_of_their_body(void)
     lay_side(ctx, 16.1f, 1);
     for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
     ASSERT_OK(springls_relax(ctx));
-    for (i = 0; i < side; i++)
-        for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++)
-            across += fixture_here(ctx)->cells.neighbors[i * SPRINGLS__NEIGHBOR_ROW + k] >= 3 * side;
-    ASSERT_EQ(0, across);
+    ASSERT_EQ(0, neighbors_across(ctx, side));
     springls_destroy(ctx);
     PASS();
 }
