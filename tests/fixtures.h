@@ -371,6 +371,21 @@ FIXTURE springls_sphere fixture_ball(float x, float y, float z, float radius)
     return sphere;
 }
 
+/* Two balls, which need not be apart: a springls_implicit_fn. */
+typedef struct fixture_balls { springls_sphere ball[2]; } fixture_balls;
+
+FIXTURE void fixture_two_balls(void *user, const float *points, int count, float *out)
+{
+    fixture_balls *b = (fixture_balls *)user;
+    int i;
+    for (i = 0; i < count; i++) {
+        float first, second;
+        springls_implicit_sphere(&b->ball[0], points + 3 * i, 1, &first);
+        springls_implicit_sphere(&b->ball[1], points + 3 * i, 1, &second);
+        out[i] = first < second ? first : second;
+    }
+}
+
 FIXTURE springls_context *fixture_sphere(int size, const springls_params *params, float x, float y, float z, float radius)
 {
     springls_sphere sphere = fixture_ball(x, y, z, radius);

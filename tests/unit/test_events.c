@@ -10,23 +10,9 @@ static springls_params tracked(void)
     return params;
 }
 
-typedef struct balls { springls_sphere ball[2]; } balls;
-
-static void two_balls(void *user, const float *points, int count, float *out)
+static fixture_balls apart(void)
 {
-    balls *b = (balls *)user;
-    int i;
-    for (i = 0; i < count; i++) {
-        float first, second;
-        springls_implicit_sphere(&b->ball[0], points + 3 * i, 1, &first);
-        springls_implicit_sphere(&b->ball[1], points + 3 * i, 1, &second);
-        out[i] = first < second ? first : second;
-    }
-}
-
-static balls apart(void)
-{
-    balls b;
+    fixture_balls b;
     b.ball[0] = fixture_ball(middle + 7.0f, middle, middle, 4.4f);
     b.ball[1] = fixture_ball(middle - 7.0f, middle, middle, 5.0f);
     return b;
@@ -85,7 +71,7 @@ TEST balls_merge(void)
 {
     springls_params params = tracked();
     springls_context *ctx = fixture_context(32, &params);
-    balls b = apart();
+    fixture_balls b = apart();
     float speed = 0.25f;
     springls_forces forces = fixture_forces(squeeze, &speed);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
@@ -93,7 +79,7 @@ TEST balls_merge(void)
     const springls_event *events, *merger = NULL;
     springls_measures before, after;
     int i, count, mergers = 0;
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
     ASSERT_OK(springls_components(ctx, &parts, &count));
     ASSERT_EQ(2, count);
     ASSERT_EQ(1, parts[0].id);
@@ -177,7 +163,7 @@ TEST a_drop_dies(void)
 {
     springls_params params = tracked();
     springls_context *ctx = fixture_context(32, &params);
-    balls b;
+    fixture_balls b;
     float speed = 0.2f;
     springls_forces forces = fixture_forces(shrink, &speed);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
@@ -185,7 +171,7 @@ TEST a_drop_dies(void)
     int i, k, count, deaths = 0;
     b.ball[0] = fixture_ball(middle, middle, middle, 3.0f);
     b.ball[1] = fixture_ball(26.0f, 26.0f, 26.0f, 4.0f);
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
     for (i = 0; i < 40 && !deaths && springls_count(ctx); i++) {
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_events(ctx, &events, &count));
@@ -254,7 +240,7 @@ TEST ids_last(void)
 {
     springls_params params = tracked();
     springls_context *ctx = fixture_context(32, &params);
-    balls b = apart();
+    fixture_balls b = apart();
     springls_rotation_flow turn = { { 16.37f, 16.37f, 16.37f }, { 0.3f, 0.2f, 1.0f }, 0.125664f };
     springls_forces forces = fixture_forces(springls_velocity_rotation, &turn);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
@@ -266,7 +252,7 @@ TEST ids_last(void)
     springls_mesh mesh;
     uint32_t of[3000];
     int i, k, count;
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
     for (i = 0; i < 50; i++) {
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_events(ctx, &events, &count));
@@ -331,14 +317,14 @@ TEST the_same_everywhere(void)
         springls_params params = tracked();
         springls_desc desc = fixture_desc(32, &params);
         fixture_workers workers;
-        balls b = apart();
+        fixture_balls b = apart();
         springls_context *ctx, *other;
         void *block;
         size_t size;
         bool done;
         if (way == 1) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
-        ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+        ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
         for (i = 0; i < 12; i++) {
             if (way == 2) {
                 ASSERT_OK(springls_step_begin(ctx, &step));
@@ -365,8 +351,8 @@ TEST the_same_everywhere(void)
     }
     {
         springls_context *ctx = fixture_context(32, NULL);
-        balls b = apart();
-        ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+        fixture_balls b = apart();
+        ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
         ASSERT_OK(springls_run(ctx, &step, 12));
         state[1] = springls_state_hash(ctx);
         ASSERT(state[0] == state[1]);
@@ -380,13 +366,13 @@ TEST corrections_are_reported(void)
 {
     springls_params params = springls_default_params();
     springls_context *ctx = fixture_context(32, &params);
-    balls b = apart();
+    fixture_balls b = apart();
     float speed = 0.01f;
     springls_forces forces = fixture_forces(shrink, &speed);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     const springls_component *parts;
     int i, count;
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &b));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_components(ctx, &parts, &count));
     params.volume_lock = 1;
     ASSERT_OK(springls_set_params(ctx, &params));

@@ -82,23 +82,9 @@ TEST a_ball_cannot_shrink(void)
     PASS();
 }
 
-typedef struct pair { springls_sphere ball[2]; } pair;
-
-static void two_balls(void *user, const float *points, int count, float *out)
+static fixture_balls far_pair(void)
 {
-    pair *p = (pair *)user;
-    int i;
-    for (i = 0; i < count; i++) {
-        float a, b;
-        springls_implicit_sphere(&p->ball[0], points + 3 * i, 1, &a);
-        springls_implicit_sphere(&p->ball[1], points + 3 * i, 1, &b);
-        out[i] = a < b ? a : b;
-    }
-}
-
-static pair far_pair(void)
-{
-    pair p;
+    fixture_balls p;
     p.ball[0] = fixture_ball(13.2f, middle, middle, 8.0f);
     p.ball[1] = fixture_ball(32.1f, middle, middle, 5.0f);
     return p;
@@ -109,12 +95,12 @@ TEST each_keeps_its_own(void)
 {
     springls_params params = locked(1);
     springls_context *ctx = fixture_context(40, &params);
-    pair p = far_pair();
+    fixture_balls p = far_pair();
     sinks s;
     springls_forces forces = fixture_forces(shrink, &s);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     double before, after;
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &p));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &p));
     before = volume_of(ctx, 2);
     s.ball[0] = p.ball[0];
     s.ball[1] = p.ball[1];
@@ -159,14 +145,14 @@ TEST mergers_add_up_and_parts_share(void)
 {
     springls_params params = locked(1);
     springls_context *ctx = fixture_context(40, &params);
-    pair p = far_pair();
+    fixture_balls p = far_pair();
     float speed = 0.25f;
     springls_forces forces = fixture_forces(squeeze, &speed);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_measures m;
     double before;
     int i;
-    ASSERT_OK(springls_set_implicit(ctx, two_balls, &p));
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &p));
     before = volume_of(ctx, 2);
     ASSERT_EQ(2, large_parts(ctx));
     for (i = 0; i < 40; i++) {
@@ -211,14 +197,14 @@ TEST work_may_be_cut(void)
         springls_params params = locked(1);
         springls_desc desc = fixture_desc(40, &params);
         fixture_workers workers;
-        pair p = far_pair();
+        fixture_balls p = far_pair();
         float speed = 0.25f;
         springls_forces forces = fixture_forces(squeeze, &speed);
         springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         springls_context *ctx;
         if (cut) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
-        ASSERT_OK(springls_set_implicit(ctx, two_balls, &p));
+        ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &p));
         ASSERT_OK(springls_run(ctx, &step, 6));
         hash[cut] = springls_state_hash(ctx);
         springls_destroy(ctx);
