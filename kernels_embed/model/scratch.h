@@ -64,6 +64,7 @@
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
+    X(lane_memory, float, 2)                    /* of project's lanes (launch.h)                                              */ \
     X(block_motions, struct springls__block_motion, 1)                                                                           \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \

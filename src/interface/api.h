@@ -927,7 +927,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
-   pointer may be NULL; the text is constant. */
+   pointer may be NULL; the text is constant. With SPRINGLS_NO_OPENCL there are none. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus

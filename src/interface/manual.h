@@ -62,6 +62,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
+                              lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 

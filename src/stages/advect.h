@@ -41,7 +41,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
+enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
 
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
