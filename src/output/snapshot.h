@@ -59,6 +59,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each brick                           */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -90,6 +91,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
@@ -288,6 +290,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
+    for (i = 0; i < g->active_count; i++) out[layout->at[SPRINGLS__SECTION_CALM] + (uint64_t)i] = (char)g->calm[g->active[i]];
     springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
     springls__put_events(ctx, layout, out);
@@ -483,6 +486,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
             || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
+    case SPRINGLS__SECTION_CALM: return true;
     case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
@@ -579,7 +583,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
 }
 
 /* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -587,6 +591,8 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         int slot = SPRINGLS__FIRST_SLOT + i;
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
+        springls__wake_slot(g, slot);
+        g->calm[slot] = (uint8_t)calm[i];
         springls__fill(g->omega, slot, -1.0f); /* unknown */
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
@@ -634,7 +640,8 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
                block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
     springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], block + layout->at[SPRINGLS__SECTION_CALM],
+                          s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -673,6 +680,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
