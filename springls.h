@@ -8027,10 +8027,12 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 /* Voxel: a springl whose points have moved by less does not stir. */
 #define SPRINGLS__REST 1e-3f
 
-/* Names which springls stir: those that have moved, all of a range, those that contract removes or reshapes. */
-#define SPRINGLS__STIR_MOVED 0
-#define SPRINGLS__STIR_ALL 1
-#define SPRINGLS__STIR_CONTRACTED 2
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
 
 /* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
 SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
@@ -8038,11 +8040,11 @@ SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
     return springls__imin(model->params.resample_period + 1, 255);
 }
 
-/* Wakes the brick of slot i. */
+/* Wakes the brick of slot i, if it is not free. */
 SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__wake_slot(&model->grid, i);
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
 }
 
 /* Counts a calm step of active brick i. */
@@ -8066,8 +8068,8 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
         uint8_t action = springls__contract_action(model)[i];
         return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
     }
-    return which == SPRINGLS__STIR_ALL || springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE
-        || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST;
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
 }
 
 /* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
@@ -11756,7 +11758,7 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, SPRINGLS__STIR_MOVED, 0, ctx->model.set.count);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
@@ -26193,10 +26195,12 @@ static const char *const springls__kernel_lines[] = {
     "/* Voxel: a springl whose points have moved by less does not stir. */\n",
     "#define SPRINGLS__REST 1e-3f\n",
     "\n",
-    "/* Names which springls stir: those that have moved, all of a range, those that contract removes or reshapes. */\n",
-    "#define SPRINGLS__STIR_MOVED 0\n",
-    "#define SPRINGLS__STIR_ALL 1\n",
-    "#define SPRINGLS__STIR_CONTRACTED 2\n",
+    "/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in\n",
+    "   this step; all of a range; those that contract removes or reshapes. */\n",
+    "#define SPRINGLS__STIR_AWAY 0\n",
+    "#define SPRINGLS__STIR_MOVING 1\n",
+    "#define SPRINGLS__STIR_ALL 2\n",
+    "#define SPRINGLS__STIR_CONTRACTED 3\n",
     "\n",
     "/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */\n",
     "SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)\n",
@@ -26204,11 +26208,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__imin(model->params.resample_period + 1, 255);\n",
     "}\n",
     "\n",
-    "/* Wakes the brick of slot i. */\n",
+    "/* Wakes the brick of slot i, if it is not free. */\n",
     "SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__wake_slot(&model->grid, i);\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);\n",
     "}\n",
     "\n",
     "/* Counts a calm step of active brick i. */\n",
@@ -26232,8 +26236,8 @@ static const char *const springls__kernel_lines[] = {
     "        uint8_t action = springls__contract_action(model)[i];\n",
     "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
     "    }\n",
-    "    return which == SPRINGLS__STIR_ALL || springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE\n",
-    "        || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST;\n",
+    "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
     "}\n",
     "\n",
     "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
@@ -26275,7 +26279,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8114 \"springls.h\"\n",
+    "#line 8116 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26622,7 +26626,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8462 \"springls.h\"\n",
+    "#line 8464 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26719,7 +26723,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8560 \"springls.h\"\n",
+    "#line 8562 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26795,7 +26799,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8637 \"springls.h\"\n",
+    "#line 8639 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27031,7 +27035,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8874 \"springls.h\"\n",
+    "#line 8876 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27056,7 +27060,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8900 \"springls.h\"\n",
+    "#line 8902 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27315,7 +27319,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9160 \"springls.h\"\n",
+    "#line 9162 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27410,7 +27414,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27414 \"springls.h\"\n",
+    "#line 27418 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27431,10 +27435,11 @@ static const char *const springls__kernel_lines[] = {
     "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
     "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
     "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",

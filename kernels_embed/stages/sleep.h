@@ -9,10 +9,12 @@
 /* Voxel: a springl whose points have moved by less does not stir. */
 #define SPRINGLS__REST 1e-3f
 
-/* Names which springls stir: those that have moved, all of a range, those that contract removes or reshapes. */
-#define SPRINGLS__STIR_MOVED 0
-#define SPRINGLS__STIR_ALL 1
-#define SPRINGLS__STIR_CONTRACTED 2
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
 
 /* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
 SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
@@ -20,11 +22,11 @@ SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
     return springls__imin(model->params.resample_period + 1, 255);
 }
 
-/* Wakes the brick of slot i. */
+/* Wakes the brick of slot i, if it is not free. */
 SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__wake_slot(&model->grid, i);
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
 }
 
 /* Counts a calm step of active brick i. */
@@ -48,8 +50,8 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
         uint8_t action = springls__contract_action(model)[i];
         return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
     }
-    return which == SPRINGLS__STIR_ALL || springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE
-        || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST;
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
 }
 
 /* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end

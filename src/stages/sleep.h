@@ -35,7 +35,7 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, SPRINGLS__STIR_MOVED, 0, ctx->model.set.count);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
