@@ -20504,6 +20504,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
@@ -27989,7 +27990,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27993 \"springls.h\"\n",
+    "#line 27994 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
