@@ -5,6 +5,7 @@
 
 #include "../model/grid.h"
 #include "../model/model.h"
+#include "advect.h"
 
 /* Voxel: a springl whose points have moved by less does not stir. */
 #define SPRINGLS__REST 1e-3f
