@@ -4098,14 +4098,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -4117,8 +4118,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -4232,16 +4234,24 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, springls__v3 residual,
+                                          float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
     float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
-    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
+    float sum = path * springls__length(residual);
+    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
+    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4352,6 +4362,12 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+}
+
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
@@ -4386,15 +4402,15 @@ SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
 }
 
 /* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. */
+   and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time)
+                                                     springls__movers at, float time, springls__v3 *flow)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
     slope.error = 0.0f;
-    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
@@ -4414,22 +4430,38 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
+/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
+   at the stages after the first; what pushes is taken to be as it was there. */
+SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
+                                                     const springls__v3 *flow)
+{
+    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
+    change = springls__sub(last, flow[2]);
+    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
+    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
+                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
+    return springls__mad(change, middle, 4.0f);
+}
+
 SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
                                                            springls__movers at)
 {
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
         k1.error = -1.0f;
         return k1;
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
-    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    return k1;
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
+    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
+    return d;
 }
 
 /* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
@@ -10342,21 +10374,30 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                          springls__v3 *normals, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
+    int i, count = batch->count;
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -10398,10 +10439,33 @@ SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__mo
     return block;
 }
 
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < count; i++) {
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+    }
+}
+
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
@@ -10416,19 +10480,22 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
         for (i = 0; i < count; i++) error[i] = -1.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
@@ -22469,14 +22536,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
-    "   count by as much as the surface has become thinner, as without a change of volume. */\n",
+    "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
+    "   than a voxel are of two sheets, and count in full. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
-    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
+    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;\n",
     "    int i, spare;\n",
     "    if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;\n",
     "    sums = springls__sum_residuals(model, &span, known);\n",
@@ -22488,8 +22556,9 @@ static const char *const springls__kernel_lines[] = {
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
-    "    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height\n",
-    "                          + sums.error2 / sums.weight);\n",
+    "    residual2 = sums.a2 + sums.height2 * thinner * thinner;\n",
+    "    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);\n",
+    "    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
     "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
@@ -22522,7 +22591,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4156 \"springls.h\"\n",
+    "#line 4158 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22531,7 +22600,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4165 \"springls.h\"\n",
+    "#line 4167 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22546,7 +22615,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4181 \"springls.h\"\n",
+    "#line 4183 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22559,7 +22628,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4194 \"springls.h\"\n",
+    "#line 4196 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22574,7 +22643,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4209 \"springls.h\"\n",
+    "#line 4211 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22587,7 +22656,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4222 \"springls.h\"\n",
+    "#line 4224 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22601,16 +22670,24 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, springls__v3 residual,\n",
+    "                                          float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
     "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);\n",
-    "    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;\n",
+    "    float sum = path * springls__length(residual);\n",
+    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
+    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -22721,6 +22798,12 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
     "}\n",
     "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "}\n",
+    "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                              springls__v3 n, springls__v3 out)\n",
@@ -22755,15 +22838,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. */\n",
+    "   and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time)\n",
+    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
     "    int m;\n",
     "    slope.error = 0.0f;\n",
-    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
     "    if (!model->params.vertex_velocity) {\n",
     "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
@@ -22783,22 +22866,38 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
+    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
+    "                                                     const springls__v3 *flow)\n",
+    "{\n",
+    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
+    "    change = springls__sub(last, flow[2]);\n",
+    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
+    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
+    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
+    "    return springls__mad(change, middle, 4.0f);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                           springls__movers at)\n",
     "{\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
     "    int m;\n",
     "    if (rule->euler) {\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
     "        k1.error = -1.0f;\n",
     "        return k1;\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
-    "    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    return k1;\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
+    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
+    "    return d;\n",
     "}\n",
     "\n",
     "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
@@ -22848,7 +22947,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4975 \"springls.h\"\n",
+    "#line 5007 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22874,7 +22973,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5002 \"springls.h\"\n",
+    "#line 5034 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22943,7 +23042,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5072 \"springls.h\"\n",
+    "#line 5104 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23045,7 +23144,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5175 \"springls.h\"\n",
+    "#line 5207 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23136,7 +23235,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5267 \"springls.h\"\n",
+    "#line 5299 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23354,7 +23453,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5486 \"springls.h\"\n",
+    "#line 5518 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23480,7 +23579,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5613 \"springls.h\"\n",
+    "#line 5645 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23556,7 +23655,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5690 \"springls.h\"\n",
+    "#line 5722 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23571,7 +23670,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5705 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23586,7 +23685,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5721 \"springls.h\"\n",
+    "#line 5753 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23597,7 +23696,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5732 \"springls.h\"\n",
+    "#line 5764 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23612,7 +23711,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5747 \"springls.h\"\n",
+    "#line 5779 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23623,7 +23722,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5758 \"springls.h\"\n",
+    "#line 5790 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23726,7 +23825,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5862 \"springls.h\"\n",
+    "#line 5894 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24205,7 +24304,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6342 \"springls.h\"\n",
+    "#line 6374 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24312,7 +24411,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6450 \"springls.h\"\n",
+    "#line 6482 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24448,7 +24547,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6587 \"springls.h\"\n",
+    "#line 6619 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24637,7 +24736,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6777 \"springls.h\"\n",
+    "#line 6809 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24748,7 +24847,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6889 \"springls.h\"\n",
+    "#line 6921 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24761,7 +24860,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6903 \"springls.h\"\n",
+    "#line 6935 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25107,7 +25206,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7250 \"springls.h\"\n",
+    "#line 7282 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25258,7 +25357,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7402 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25288,7 +25387,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7432 \"springls.h\"\n",
+    "#line 7464 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25303,7 +25402,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7480 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25472,7 +25571,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7617 \"springls.h\"\n",
+    "#line 7649 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25487,7 +25586,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7632 \"springls.h\"\n",
+    "#line 7664 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25656,7 +25755,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7801 \"springls.h\"\n",
+    "#line 7833 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25692,7 +25791,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7838 \"springls.h\"\n",
+    "#line 7870 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25816,7 +25915,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7963 \"springls.h\"\n",
+    "#line 7995 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26163,7 +26262,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8311 \"springls.h\"\n",
+    "#line 8343 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26260,7 +26359,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8409 \"springls.h\"\n",
+    "#line 8441 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26336,7 +26435,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8486 \"springls.h\"\n",
+    "#line 8518 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26572,7 +26671,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8723 \"springls.h\"\n",
+    "#line 8755 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26597,7 +26696,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8749 \"springls.h\"\n",
+    "#line 8781 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26856,7 +26955,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9009 \"springls.h\"\n",
+    "#line 9041 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26946,7 +27045,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26950 \"springls.h\"\n",
+    "#line 27049 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
