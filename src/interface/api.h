@@ -499,12 +499,13 @@ typedef enum springls_snapshot_kind {
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
-   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+   number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
+   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
-   After any failure the model is unchanged. */
+/* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */

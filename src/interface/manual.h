@@ -78,7 +78,8 @@
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
-     relax              every   every     lets each springl seek equilibrium with its neighbours
+     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step in models with
+                                          sharp edges, with pressure or curvature, without a velocity, or with one_to_one
      contract           Mth     -         removes, reshapes or merges springls
      resample           Mth     -         splits large springls
      relax              Mth     -
@@ -240,8 +241,9 @@
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
    kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
+   with the surface. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
