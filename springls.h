@@ -477,13 +477,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
@@ -1157,7 +1158,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -1609,7 +1611,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -4059,7 +4061,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
    with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
@@ -4136,14 +4138,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -4155,8 +4158,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -4270,16 +4274,24 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,
+                                          springls__v3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
     float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
-    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
+    float sum = path * springls__length(residual);
+    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
+    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4391,6 +4403,12 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+}
+
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
@@ -4449,15 +4467,15 @@ SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
 }
 
 /* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. */
+   and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time)
+                                                     springls__movers at, float time, springls__v3 *flow)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
     slope.error = 0.0f;
-    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
@@ -4477,22 +4495,38 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
+/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
+   at the stages after the first; what pushes is taken to be as it was there. */
+SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
+                                                     const springls__v3 *flow)
+{
+    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
+    change = springls__sub(last, flow[2]);
+    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
+    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
+                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
+    return springls__mad(change, middle, 4.0f);
+}
+
 SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
                                                            springls__movers at)
 {
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
         k1.error = -1.0f;
         return k1;
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
-    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    return k1;
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
+    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
+    return d;
 }
 
 /* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
@@ -10624,21 +10658,30 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
+    int i, count = batch->count;
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -10673,10 +10716,33 @@ SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, spri
     block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
 }
 
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < count; i++) {
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+    }
+}
+
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
     springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
     springls__v3 a[SPRINGLS__ADVECT_BLOCK];
@@ -10696,19 +10762,22 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         x[i] = set->s[springl].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
         for (i = 0; i < count; i++) error[i] = -1.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     memset(block, 0, sizeof *block);
     block->finite = block->still = 1;
@@ -20967,7 +21036,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 858 \"springls.h\"\n",
+    "#line 859 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -21073,7 +21142,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1814 \"springls.h\"\n",
+    "#line 1816 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -21155,7 +21224,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1897 \"springls.h\"\n",
+    "#line 1899 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21242,7 +21311,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1985 \"springls.h\"\n",
+    "#line 1987 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21318,7 +21387,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2062 \"springls.h\"\n",
+    "#line 2064 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21337,7 +21406,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2082 \"springls.h\"\n",
+    "#line 2084 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21352,7 +21421,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2098 \"springls.h\"\n",
+    "#line 2100 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21476,7 +21545,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2224 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21502,7 +21571,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2249 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21653,7 +21722,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2401 \"springls.h\"\n",
+    "#line 2403 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21668,7 +21737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2416 \"springls.h\"\n",
+    "#line 2418 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21792,14 +21861,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2540 \"springls.h\"\n",
+    "#line 2542 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2548 \"springls.h\"\n",
+    "#line 2550 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21811,7 +21880,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2560 \"springls.h\"\n",
+    "#line 2562 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21826,7 +21895,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2576 \"springls.h\"\n",
+    "#line 2578 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21870,7 +21939,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2620 \"springls.h\"\n",
+    "#line 2622 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21885,7 +21954,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2635 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21929,7 +21998,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2679 \"springls.h\"\n",
+    "#line 2681 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22008,7 +22077,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2758 \"springls.h\"\n",
+    "#line 2760 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22023,7 +22092,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2774 \"springls.h\"\n",
+    "#line 2776 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22086,7 +22155,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2837 \"springls.h\"\n",
+    "#line 2839 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22101,7 +22170,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2852 \"springls.h\"\n",
+    "#line 2854 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22164,7 +22233,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2916 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22504,7 +22573,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3257 \"springls.h\"\n",
+    "#line 3259 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22954,7 +23023,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3708 \"springls.h\"\n",
+    "#line 3710 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23130,7 +23199,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3885 \"springls.h\"\n",
+    "#line 3887 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23303,11 +23372,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4059 \"springls.h\"\n",
+    "#line 4061 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
@@ -23384,14 +23453,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
-    "   count by as much as the surface has become thinner, as without a change of volume. */\n",
+    "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
+    "   than a voxel are of two sheets, and count in full. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
-    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
+    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;\n",
     "    int i, spare;\n",
     "    if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;\n",
     "    sums = springls__sum_residuals(model, &span, known);\n",
@@ -23403,8 +23473,9 @@ static const char *const springls__kernel_lines[] = {
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
-    "    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height\n",
-    "                          + sums.error2 / sums.weight);\n",
+    "    residual2 = sums.a2 + sums.height2 * thinner * thinner;\n",
+    "    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);\n",
+    "    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
     "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
@@ -23437,7 +23508,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4194 \"springls.h\"\n",
+    "#line 4198 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23446,7 +23517,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4203 \"springls.h\"\n",
+    "#line 4207 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23461,7 +23532,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4219 \"springls.h\"\n",
+    "#line 4223 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23474,7 +23545,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4232 \"springls.h\"\n",
+    "#line 4236 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23489,7 +23560,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4247 \"springls.h\"\n",
+    "#line 4251 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23502,7 +23573,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4260 \"springls.h\"\n",
+    "#line 4264 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -23516,16 +23587,24 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,\n",
+    "                                          springls__v3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
     "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);\n",
-    "    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;\n",
+    "    float sum = path * springls__length(residual);\n",
+    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
+    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -23637,6 +23716,12 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
     "}\n",
     "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "}\n",
+    "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                              springls__v3 n, springls__v3 out)\n",
@@ -23695,15 +23780,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. */\n",
+    "   and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time)\n",
+    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
     "    int m;\n",
     "    slope.error = 0.0f;\n",
-    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
     "    if (!model->params.vertex_velocity) {\n",
     "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
@@ -23723,22 +23808,38 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
+    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
+    "                                                     const springls__v3 *flow)\n",
+    "{\n",
+    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
+    "    change = springls__sub(last, flow[2]);\n",
+    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
+    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
+    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
+    "    return springls__mad(change, middle, 4.0f);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                           springls__movers at)\n",
     "{\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
     "    int m;\n",
     "    if (rule->euler) {\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
     "        k1.error = -1.0f;\n",
     "        return k1;\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
-    "    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    return k1;\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
+    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
+    "    return d;\n",
     "}\n",
     "\n",
     "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
@@ -23796,7 +23897,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5051 \"springls.h\"\n",
+    "#line 5085 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23822,7 +23923,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5078 \"springls.h\"\n",
+    "#line 5112 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23891,7 +23992,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5148 \"springls.h\"\n",
+    "#line 5182 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23993,7 +24094,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5251 \"springls.h\"\n",
+    "#line 5285 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24084,7 +24185,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5343 \"springls.h\"\n",
+    "#line 5377 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24302,7 +24403,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5562 \"springls.h\"\n",
+    "#line 5596 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24428,7 +24529,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5689 \"springls.h\"\n",
+    "#line 5723 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24504,7 +24605,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5766 \"springls.h\"\n",
+    "#line 5800 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24519,7 +24620,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5781 \"springls.h\"\n",
+    "#line 5815 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24534,7 +24635,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5797 \"springls.h\"\n",
+    "#line 5831 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24545,7 +24646,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5808 \"springls.h\"\n",
+    "#line 5842 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24560,7 +24661,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5823 \"springls.h\"\n",
+    "#line 5857 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24571,7 +24672,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5834 \"springls.h\"\n",
+    "#line 5868 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24674,7 +24775,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5938 \"springls.h\"\n",
+    "#line 5972 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25153,7 +25254,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6418 \"springls.h\"\n",
+    "#line 6452 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25260,7 +25361,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6526 \"springls.h\"\n",
+    "#line 6560 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25396,7 +25497,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6663 \"springls.h\"\n",
+    "#line 6697 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25585,7 +25686,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6853 \"springls.h\"\n",
+    "#line 6887 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -25696,7 +25797,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6965 \"springls.h\"\n",
+    "#line 6999 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25709,7 +25810,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6979 \"springls.h\"\n",
+    "#line 7013 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -26055,7 +26156,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7326 \"springls.h\"\n",
+    "#line 7360 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26206,7 +26307,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7478 \"springls.h\"\n",
+    "#line 7512 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26236,7 +26337,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7508 \"springls.h\"\n",
+    "#line 7542 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26251,7 +26352,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7524 \"springls.h\"\n",
+    "#line 7558 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26420,7 +26521,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7693 \"springls.h\"\n",
+    "#line 7727 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26435,7 +26536,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7708 \"springls.h\"\n",
+    "#line 7742 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26604,7 +26705,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7877 \"springls.h\"\n",
+    "#line 7911 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26640,7 +26741,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7914 \"springls.h\"\n",
+    "#line 7948 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26764,7 +26865,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8039 \"springls.h\"\n",
+    "#line 8073 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -26855,7 +26956,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8131 \"springls.h\"\n",
+    "#line 8165 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27202,7 +27303,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8479 \"springls.h\"\n",
+    "#line 8513 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27299,7 +27400,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8577 \"springls.h\"\n",
+    "#line 8611 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27375,7 +27476,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8654 \"springls.h\"\n",
+    "#line 8688 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27611,7 +27712,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8891 \"springls.h\"\n",
+    "#line 8925 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27636,7 +27737,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8917 \"springls.h\"\n",
+    "#line 8951 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27895,7 +27996,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9177 \"springls.h\"\n",
+    "#line 9211 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27990,7 +28091,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27994 \"springls.h\"\n",
+    "#line 28095 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -325,7 +325,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -777,7 +778,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
