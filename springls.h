@@ -5484,7 +5484,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);
@@ -6179,9 +6179,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -7222,9 +7222,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -7240,11 +7240,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7274,16 +7271,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -24296,7 +24296,7 @@ static const char *const springls__kernel_lines[] = {
     "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
-    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
     "    const int enough = 2, enough_beside = 3;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -24986,9 +24986,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
-    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than\n",
+    "   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
+    "SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }\n",
     "\n",
     "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
@@ -26023,9 +26023,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               springls__v3 x, float *phi)\n",
+    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -26041,11 +26041,8 @@ static const char *const springls__kernel_lines[] = {
     "            edges += s->edge;\n",
     "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    if (edges == 0) return false;\n",
-    "    estimate = springls__edge_distance(&samples, x);\n",
-    "    if (estimate.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
-    "    return true;\n",
+    "    estimate.weight = estimate.distance = 0.0f;\n",
+    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -26075,16 +26072,19 @@ static const char *const springls__kernel_lines[] = {
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__estimate edge;\n",
     "    springls__projection f;\n",
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
-    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    edge.weight = edge.distance = 0.0f;\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    return springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
