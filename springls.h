@@ -51,6 +51,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
@@ -66,14 +67,15 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
+     >>cell_list            src/model/cell_list.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
-     >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
+     >>sleep                src/stages/sleep.h
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
@@ -165,13 +167,14 @@
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+     1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
+        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx).
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
+        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -444,6 +447,17 @@
 
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
 
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+
    EVENTS
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
@@ -466,13 +480,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
@@ -651,7 +666,9 @@
   #define springls_version_string SPRINGLS__NAME(springls_version_string)
   #define springls_default_params SPRINGLS__NAME(springls_default_params)
   #define springls_paper_params SPRINGLS__NAME(springls_paper_params)
+  #define springls_default_desc SPRINGLS__NAME(springls_default_desc)
   #define springls_create SPRINGLS__NAME(springls_create)
+  #define springls_create_error SPRINGLS__NAME(springls_create_error)
   #define springls_destroy SPRINGLS__NAME(springls_destroy)
   #define springls_reset SPRINGLS__NAME(springls_reset)
   #define springls_last_error SPRINGLS__NAME(springls_last_error)
@@ -675,6 +692,7 @@
   #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
+  #define springls_default_forces SPRINGLS__NAME(springls_default_forces)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
@@ -687,6 +705,7 @@
   #define springls_fill_gaps SPRINGLS__NAME(springls_fill_gaps)
   #define springls_unsigned_to_signed SPRINGLS__NAME(springls_unsigned_to_signed)
   #define springls_track SPRINGLS__NAME(springls_track)
+  #define springls_default_step_desc SPRINGLS__NAME(springls_default_step_desc)
   #define springls_step SPRINGLS__NAME(springls_step)
   #define springls_step_begin SPRINGLS__NAME(springls_step_begin)
   #define springls_step_continue SPRINGLS__NAME(springls_step_continue)
@@ -991,9 +1010,16 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
-   One thread uses a context at a time; different contexts are independent. */
+/* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
+SPRINGLS_API springls_desc springls_default_desc(void);
+
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, the logger has the reason, and
+   springls_create_error returns it. One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
+
+/* Returns why springls_create refuses a description: a constant sentence that names the member; "" when it does not: then only
+   memory can be missing. NULL counts as a description that is refused. */
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc);
 
 /* Frees the context and all that belongs to it; NULL is allowed. */
 SPRINGLS_API void springls_destroy(springls_context *ctx);
@@ -1146,7 +1172,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -1201,7 +1228,18 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
+                                      unit of time. true: callbacks get points, normals and correspondences in the world, as
+                                      shapes and meshes are; velocities, pressures and samples are world units a unit of time,
+                                      affine maps are of the world, and curvature_weight is in squared world units (of a
+                                      uniform spacing). Forces then run on the host                                 */
+    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
+                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
+                                      moves. Both all zero: everywhere                                              */
 } springls_forces;
+
+/* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
+SPRINGLS_API springls_forces springls_default_forces(void);
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
    a rotation in radians a unit of time. */
@@ -1269,6 +1307,9 @@ typedef struct springls_step_desc {
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
+
+/* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
+SPRINGLS_API springls_step_desc springls_default_step_desc(void);
 
 /* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
    sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
@@ -1595,7 +1636,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -1811,6 +1852,9 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1859,6 +1903,7 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__stir_arguments stir;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1891,7 +1936,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                                                                                                     \
+    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1942,6 +1987,7 @@ typedef union springls__arguments {
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(lane_memory, float, 2)                    /* of project's lanes (launch.h)                                              */ \
     X(block_motions, struct springls__block_motion, 1)                                                                           \
+    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2926,6 +2972,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
+    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
@@ -3020,6 +3069,7 @@ typedef struct springls__grid {
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
+    int some_asleep;        /* 0: all bricks are awake                                               */
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -3196,7 +3246,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
 typedef struct springls__shape {
     int size[3], bricks[3];
@@ -3632,6 +3682,7 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
     g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
+    g->awake[slot] = 0;
     g->free_slots[place] = slot;
 }
 
@@ -3660,7 +3711,14 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
-/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+/* Wakes the brick of a slot: its springls count as having stirred. */
+SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
+{
+    g->calm[slot] = 0;
+    g->awake[slot] = g->near_awake[slot] = 1;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */
 SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 {
     const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -3671,6 +3729,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
         g->omega[v] = -1.0f;
     }
     springls__clear_cells(springls__cells_of(g, slot));
+    springls__wake_slot(g, slot);
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -4028,7 +4087,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
    with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
@@ -4105,14 +4164,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -4124,8 +4184,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -4239,16 +4300,24 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,
+                                          springls__v3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
     float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
-    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
+    float sum = path * springls__length(residual);
+    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
+    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4337,6 +4406,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -4357,6 +4427,12 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     if (rule->velocity.channels == 0) return out;
     springls__field_sample(&rule->velocity, model->force.velocity, x, v);
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
+}
+
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
 }
 
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
@@ -4383,6 +4459,30 @@ typedef struct springls__movers {
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by its displacements. */
+SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+{
+    float largest2 = 0.0f;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
+    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
+
+/* Returns whether forces act on a particle: it lies in their region. */
+SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+{
+    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+}
 
 /* Returns true when the displacements of all points are finite, and their squares too. */
 SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
@@ -4393,15 +4493,15 @@ SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
 }
 
 /* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. */
+   and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time)
+                                                     springls__movers at, float time, springls__v3 *flow)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
     slope.error = 0.0f;
-    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
@@ -4421,22 +4521,38 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
+/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
+   at the stages after the first; what pushes is taken to be as it was there. */
+SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
+                                                     const springls__v3 *flow)
+{
+    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
+    change = springls__sub(last, flow[2]);
+    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
+    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
+                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
+    return springls__mad(change, middle, 4.0f);
+}
+
 SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
                                                            springls__movers at)
 {
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
         k1.error = -1.0f;
         return k1;
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
-    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    return k1;
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
+    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
+    return d;
 }
 
 /* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
@@ -4452,7 +4568,7 @@ SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, con
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -4465,22 +4581,30 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
+        springls__displacement2(model)[i] = 0.0f;
+        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
+        return;
+    }
     d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
     springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
+    springls__is_moving(model)[i] = springls__how_far(d);
 }
 
-/* Moves springl i by its displacements. */
+/* Moves springl i by its displacements, if it moves at all. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = springls__displacement(model)[i];
-    springls__springl s = model->set.s[i];
+    springls__movers d;
+    springls__springl s;
     int m;
     (void)args;
+    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
+    d = springls__displacement(model)[i];
+    s = model->set.s[i];
     if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
@@ -4621,9 +4745,13 @@ typedef struct springls__motion {
     int tries;
     springls__force_rule rule;
     float affine_weight;
+    bool has_region;        /* forces act in a region alone                                                     */
+    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
     springls__movers *displacement;
+    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
     struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
@@ -4695,6 +4823,7 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
@@ -4729,6 +4858,20 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     va_end(args);
     springls__log(ctx, 1, "%s", ctx->error);
     return status;
+}
+
+/* Fails because an argument of a call is NULL. */
+SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const char *call, const char *argument)
+{
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is NULL", call, argument);
+}
+
+/* Fails when a number is negative or not finite. */
+SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
+{
+    if (x >= 0.0 && x < (double)FLT_MAX) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
+                          x < 0.0 && x > -(double)FLT_MAX ? "negative" : "not finite");
 }
 
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
@@ -5381,7 +5524,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);
@@ -6076,9 +6219,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -7119,9 +7262,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -7137,11 +7280,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7171,16 +7311,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -7964,6 +8107,98 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
+/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
+   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
+
+/* Voxel: a springl whose points have moved by less does not stir. */
+#define SPRINGLS__REST 1e-3f
+
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
+
+/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
+SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
+{
+    return springls__imin(model->params.resample_period + 1, 255);
+}
+
+/* Wakes the brick of slot i, if it is not free. */
+SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
+}
+
+/* Counts a calm step of active brick i. */
+SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    (void)args;
+    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
+{
+    if (which == SPRINGLS__STIR_CONTRACTED) {
+        uint8_t action = springls__contract_action(model)[i];
+        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
+    }
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+}
+
+/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one brick: they write the same. */
+SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = args.stir.first + i;
+    if (!springls__stirs(model, n, args.stir.which)) return;
+    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
+    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const int limit = springls__calm_limit(model);
+    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+    }
+    g->awake[g->active[i]] = (uint8_t)awake;
+}
+
+/* Finds whether active brick i or one around it is awake. */
+SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !near_awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    }
+    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
@@ -9022,6 +9257,11 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
+    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
+    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
+    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
@@ -9821,6 +10061,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
+    ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
@@ -9979,7 +10220,16 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
         springls__clear_cells(springls__cells_of(g, slot));
+        springls__wake_slot(g, slot);
     }
+}
+
+/* Wakes all bricks: before springls or phi change anywhere but in a step, and where all of phi is made anew. */
+SPRINGLS__FN void springls__wake_all(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_wake, ctx->model.grid.slot_count, NULL);
+    ctx->model.grid.some_asleep = 0;
+    ctx->at_rest = false;
 }
 
 /* Makes all of a grid outside; keeps memory. */
@@ -9989,6 +10239,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
+    g->some_asleep = 0;
     springls__grid_constants(ctx, g);
 }
 
@@ -10141,10 +10392,13 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
 /* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
+    springls_status status;
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    status = springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                               writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0);
+    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
@@ -10152,616 +10406,6 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 {
     springls_context *owner = (springls_context *)ctx;
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
-}
-
-/* ======== >>transform  (src/model/transform.h) ================================================================= */
-/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
-
-SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
-
-/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
-/* Multiplies a row-major 3x4 matrix and a point. */
-SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
-}
-
-/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
-SPRINGLS__FN double springls__determinant(const double *m)
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
-
-/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
-   or direction give none. */
-SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
-{
-    double m[12], det;
-    int row, column;
-    bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
-    for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
-    for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
-        for (column = 0; column < 3; column++) {
-            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
-            m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
-        }
-        m[4 * row + 3] = grid->origin[row];
-        for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
-    }
-    det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return false;
-    if (forward) memcpy(forward, m, sizeof m);
-    inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
-    inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
-    inverse[2] = (m[1] * m[6] - m[2] * m[5]) / det;
-    inverse[4] = (m[6] * m[8] - m[4] * m[10]) / det;
-    inverse[5] = (m[0] * m[10] - m[2] * m[8]) / det;
-    inverse[6] = (m[2] * m[4] - m[0] * m[6]) / det;
-    inverse[8] = (m[4] * m[9] - m[5] * m[8]) / det;
-    inverse[9] = (m[1] * m[8] - m[0] * m[9]) / det;
-    inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
-    for (row = 0; row < 3; row++)
-        inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
-    return true;
-}
-
-/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
-SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
-{
-    return springls__determinant(ctx->to_world) < 0.0;
-}
-
-/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
-SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
-{
-    const double *m = ctx->to_voxel;
-    float unit = ctx->smallest_spacing;
-    return springls__normalize(springls__v3_make(
-        unit * (float)(m[0] * (double)n.x + m[4] * (double)n.y + m[8] * (double)n.z),
-        unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
-        unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
-}
-
-/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
-SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
-{
-    const double *m = ctx->to_voxel;
-    int k;
-    for (k = 0; k < 3; k++)
-        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
-}
-
-SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
-{
-    double x[3];
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
-}
-
-SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
-{
-    double x[3];
-    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
-    world[0] = (float)x[0];
-    world[1] = (float)x[1];
-    world[2] = (float)x[2];
-}
-
-/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
-SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
-{
-    const double *m = ctx->to_world;
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
-    int k;
-    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
-{
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
-    int k;
-    for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
-        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
-    }
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++) {
-        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
-        voxel[3 * (size_t)i] = x.x;
-        voxel[3 * (size_t)i + 1] = x.y;
-        voxel[3 * (size_t)i + 2] = x.z;
-    }
-}
-
-SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++)
-        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
-}
-
-/* ======== >>advect  (src/stages/advect.h) ====================================================================== */
-/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
-
-/* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
-SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
-                                                     springls__field *field)
-{
-    double inverse[12], product;
-    int axis, column, k;
-    memset(field, 0, sizeof *field);
-    if (!given->data) return SPRINGLS_OK;
-    field->channels = channels;
-    if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
-        for (axis = 0; axis < 3; axis++) {
-            field->size[axis] = ctx->desc.grid.size[axis];
-            field->from_voxel[5 * axis] = 1.0f;
-        }
-        return SPRINGLS_OK;
-    }
-    if (!springls__grid_transform(&given->grid, NULL, inverse))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the grid of a sampled field has a bad size, spacing or direction");
-    for (axis = 0; axis < 3; axis++) {
-        field->size[axis] = given->grid.size[axis];
-        for (column = 0; column < 4; column++) {
-            product = column == 3 ? inverse[4 * axis + 3] : 0.0;
-            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->to_world[4 * k + column];
-            field->from_voxel[4 * axis + column] = (float)product;
-        }
-    }
-    return SPRINGLS_OK;
-}
-
-enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
-
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
-
-/* Writes sigma of eq. 1 at the points of a batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i, count = batch->count;
-    for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    if (forces->velocity) {
-        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, batch, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (!forces->velocity_grid.data) return;
-    for (i = 0; i < count; i++) {
-        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
-    }
-}
-
-/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
-    float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i, count = batch->count;
-    if (forces->pressure) {
-        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
-    }
-    if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, batch, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
-    }
-    if (forces->pressure_grid.data) {
-        for (i = 0; i < count; i++) {
-            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
-        }
-    }
-    if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
-                                                                 motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
-        }
-    }
-}
-
-/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
-SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
-                                       springls__v3 *slope)
-{
-    int i, m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        for (i = 0; i < count; i++) {
-            const float *A = affine + 12 * i;
-            springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
-                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
-                                               A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
-        }
-}
-
-/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
-SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
-{
-    batch->points = &x[m * batch->count].x;
-    batch->vertex = m - 1;
-}
-
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
-{
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    batch->normals = &normals[0].x;
-    batch->time = time;
-    springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, batch, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, batch, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) {
-            springls__batch_points(batch, x, m);
-            springls__flow(motion, batch, slope + m * count);
-        }
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    springls__batch_points(batch, x, 0);
-    if (forces->affine) {
-        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
-        springls__add_affine(motion, affine, x, count, slope);
-    }
-    if (forces->affine_batch) {
-        forces->affine_batch(forces->user, batch, affine);
-        springls__add_affine(motion, affine, x, count, slope);
-    }
-}
-
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
-{
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
-    for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
-    }
-    return block;
-}
-
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
-{
-    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = motion->ctx->model.set.s + first;
-    springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
-    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
-    memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
-    batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
-    batch.count = count;
-    for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
-    }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
-    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = -1.0f;
-    } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-    }
-    for (i = 0; i < count; i++) {
-        const springls__grid *g = &motion->ctx->model.grid;
-        springls__movers d;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
-    }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
-}
-
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
-{
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
-}
-
-/* Displaces some blocks: callbacks see the same batches for any division of the loop. */
-SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
-{
-    const springls__motion *motion = (const springls__motion *)arg;
-    for (; begin < end; begin++) {
-        int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
-    }
-}
-
-/* Begins the motion by `forces` from `time` to time + dt. */
-SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
-{
-    springls__motion *motion = &ctx->motion;
-    memset(motion, 0, sizeof *motion);
-    motion->ctx = ctx;
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    motion->forces = *forces;
-    motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
-    motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
-    motion->rule.curvature_weight = forces->curvature_weight;
-    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
-    motion->time = time;
-    motion->dt = dt;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
-    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
-}
-
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
-{
-    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
-        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
-    motion->rule.dt = motion->dt;
-    motion->rule.stage_time[0] = motion->time;
-    motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
-    motion->rule.stage_time[3] = motion->time + spread;
-    motion->rule.stop_at_topology = motion->stop_at_topology;
-    return SPRINGLS_OK;
-}
-
-/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
-{
-    springls_context *ctx = motion->ctx;
-    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
-    uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
-    return SPRINGLS_OK;
-}
-
-/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
-SPRINGLS__FN void springls__displaced(springls__motion *motion)
-{
-    float largest2 = 0.0f;
-    bool finite = true;
-    int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
-        finite = finite && motion->blocks[i].finite;
-        largest2 = springls__max(largest2, motion->blocks[i].largest2);
-        motion->moving += motion->blocks[i].moving;
-    }
-    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
-}
-
-/* Returns true when the device can evaluate the forces, and completes the rule for it. */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
-{
-    const springls_forces *forces = &motion->forces;
-    float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
-        return false;
-    motion->rule.flow = SPRINGLS__FLOW_NONE;
-    if (forces->velocity == springls_velocity_deformation) {
-        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
-        n[0] = flow->grid_size;
-        n[1] = flow->period;
-    } else if (forces->velocity == springls_velocity_rotation) {
-        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
-        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
-        memcpy(n, flow->center, 3 * sizeof *n);
-        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
-        n[6] = flow->angular_velocity;
-    } else if (forces->velocity) {
-        const springls_backend *backend = motion->ctx->backend;
-        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        motion->rule.flow = SPRINGLS__FLOW_USER;
-    }
-    return true;
-}
-
-/* Sends a sampled field to the device, unless the same version of it is there. */
-SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
-                                                       const springls_sampled_field *given, const springls__field *field)
-{
-    springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
-    size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
-    if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data
-        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
-        return SPRINGLS_OK;
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
-    *last = *given;
-    return SPRINGLS_OK;
-}
-
-/* Finds all displacements on the device, the largest one and how many springls move. */
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
-{
-    springls_context *ctx = motion->ctx;
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
-    SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
-    SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
-    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
-        SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
-    return ctx->backend_status;
-}
-
-/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
-{
-    springls_context *ctx = motion->ctx;
-    SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
-    motion->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(motion)) {
-        springls_status status = springls__displace_on_device(motion);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    return springls__displace_on_host(motion);
-}
-
-enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
-
-/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
-   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
-   limit. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
-{
-    enum { TRIES = 40 };
-    springls__motion *motion = &ctx->motion;
-    int count = ctx->model.set.count;
-    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(motion));
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
-    }
-    springls__displaced(motion);
-    if (motion->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
-    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
-        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
-    }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
-    ctx->stats.largest_displacement = motion->moved;
-    ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
-{
-    springls__motion *motion = &ctx->motion;
-    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    motion->rule.euler = 1;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
-    springls__finish_loop(ctx);
-    springls__displaced(motion);
-    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    *speed = motion->moved;
-    return SPRINGLS_OK;
-}
-
-/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
-{
-    float axis[3][SPRINGLS__LANES];
-    springls__vec3 u;
-    int lane, k;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
-    springls__vec_store(axis[0], u.x);
-    springls__vec_store(axis[1], u.y);
-    springls__vec_store(axis[2], u.z);
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
-}
-
-SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
-    int i;
-    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
-    for (; i < count; i++) {
-        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        n, amplitude);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
-}
-
-SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
-    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
-    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
-    int i;
-    (void)time;
-    for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                     center, axis, flow->angular_velocity);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
@@ -10856,6 +10500,773 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
                 missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
+}
+
+/* ======== >>transform  (src/model/transform.h) ================================================================= */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
+
+SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
+/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
+/* Multiplies a row-major 3x4 matrix and a point. */
+SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
+}
+
+/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
+   none. */
+SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
+{
+    double m[12], det;
+    int row, column;
+    bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
+    for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
+    for (row = 0; row < 3; row++) {
+        if (grid->size[row] < 1) return "grid.size is not positive";
+        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side";
+        for (column = 0; column < 3; column++) {
+            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
+            m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
+            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive";
+        }
+        m[4 * row + 3] = grid->origin[row];
+        for (column = 0; column < 4; column++)
+            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
+    }
+    det = springls__determinant(m);
+    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
+    if (forward) memcpy(forward, m, sizeof m);
+    inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
+    inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
+    inverse[2] = (m[1] * m[6] - m[2] * m[5]) / det;
+    inverse[4] = (m[6] * m[8] - m[4] * m[10]) / det;
+    inverse[5] = (m[0] * m[10] - m[2] * m[8]) / det;
+    inverse[6] = (m[2] * m[4] - m[0] * m[6]) / det;
+    inverse[8] = (m[4] * m[9] - m[5] * m[8]) / det;
+    inverse[9] = (m[1] * m[8] - m[0] * m[9]) / det;
+    inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
+    for (row = 0; row < 3; row++)
+        inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
+    return NULL;
+}
+
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
+SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
+{
+    return springls__determinant(ctx->to_world) < 0.0;
+}
+
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
+SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
+{
+    const double *m = ctx->to_voxel;
+    float unit = ctx->smallest_spacing;
+    return springls__normalize(springls__v3_make(
+        unit * (float)(m[0] * (double)n.x + m[4] * (double)n.y + m[8] * (double)n.z),
+        unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
+        unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
+}
+
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
+SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
+{
+    const double *m = ctx->to_voxel;
+    int k;
+    for (k = 0; k < 3; k++)
+        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
+{
+    double x[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
+}
+
+SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
+{
+    double x[3];
+    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
+    world[0] = (float)x[0];
+    world[1] = (float)x[1];
+    world[2] = (float)x[2];
+}
+
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
+SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
+{
+    const double *m = ctx->to_world;
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
+    int k;
+    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
+        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
+    }
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++) {
+        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
+        voxel[3 * (size_t)i] = x.x;
+        voxel[3 * (size_t)i + 1] = x.y;
+        voxel[3 * (size_t)i + 2] = x.z;
+    }
+}
+
+SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++)
+        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
+}
+
+/* ======== >>advect  (src/stages/advect.h) ====================================================================== */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+
+/* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
+SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
+                                                     springls__field *field)
+{
+    double inverse[12], product;
+    const char *fault;
+    int axis, column, k;
+    memset(field, 0, sizeof *field);
+    if (!given->data) return SPRINGLS_OK;
+    field->channels = channels;
+    if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
+        for (axis = 0; axis < 3; axis++) {
+            field->size[axis] = ctx->desc.grid.size[axis];
+            field->from_voxel[5 * axis] = 1.0f;
+        }
+        return SPRINGLS_OK;
+    }
+    fault = springls__grid_transform(&given->grid, NULL, inverse);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "of a sampled field %s", fault);
+    for (axis = 0; axis < 3; axis++) {
+        field->size[axis] = given->grid.size[axis];
+        for (column = 0; column < 4; column++) {
+            product = column == 3 ? inverse[4 * axis + 3] : 0.0;
+            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->to_world[4 * k + column];
+            field->from_voxel[4 * axis + column] = (float)product;
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
+
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
+   point moves at all. */
+typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
+
+/* A batch as callbacks get it: in world units where forces->world_units is set. */
+typedef struct springls__given_batch {
+    springls_batch batch;
+    float points[3 * SPRINGLS__ADVECT_BLOCK], normals[3 * SPRINGLS__ADVECT_BLOCK], correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+} springls__given_batch;
+
+/* Returns the batch that callbacks get. */
+SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, const springls_batch *batch,
+                                                   springls__given_batch *world)
+{
+    int i;
+    if (!motion->forces.world_units) return batch;
+    world->batch = *batch;
+    world->batch.points = world->points;
+    world->batch.normals = world->normals;
+    world->batch.correspondences = world->correspondences;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), world->points + 3 * i);
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->correspondences + 3 * i), world->correspondences + 3 * i);
+        world->normals[3 * i] = n.x;
+        world->normals[3 * i + 1] = n.y;
+        world->normals[3 * i + 2] = n.z;
+    }
+    return &world->batch;
+}
+
+/* Returns a velocity of a callback or a sampled field in voxels. */
+SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
+{
+    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    if (!motion->forces.world_units) return springls__load3(v);
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
+
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__given_batch world;
+    const springls_batch *given = springls__given(motion, batch, &world);
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
+    int i, count = batch->count;
+    for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
+    if (forces->velocity) {
+        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, given, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (!forces->velocity_grid.data) return;
+    for (i = 0; i < count; i++) {
+        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__taken(motion, buffer), motion->rule.velocity_weight);
+    }
+}
+
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+{
+    const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK]; /* what a speed of 1 along them is, voxels */
+    springls__given_batch world;
+    const springls_batch *given = springls__given(motion, batch, &world);
+    float buffer[SPRINGLS__ADVECT_BLOCK];
+    int i, count = batch->count;
+    for (i = 0; i < count; i++) normals[i] = springls__taken(motion, given->normals + 3 * i);
+    if (forces->pressure) {
+        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, given, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_grid.data) {
+        for (i = 0; i < count; i++) {
+            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
+        }
+    }
+    if (forces->curvature_weight != 0.0f) {
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], springls__load3(batch->normals + 3 * i),
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
+        }
+    }
+}
+
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
+{
+    int i, k, m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (i = 0; i < count; i++) {
+            const float *A = affine + 12 * i;
+            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
+            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
+        }
+}
+
+/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
+{
+    int i, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    springls__given_batch world;
+    const springls_batch *given;
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    given = springls__given(motion, batch, &world);
+    if (forces->affine) {
+        forces->affine(forces->user, given->points, given->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, given, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+}
+
+/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
+SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
+{
+    if (!springls__all_finite_movers(d)) block->finite = 0;
+    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
+    block->moving += how_far == SPRINGLS__MOVED_FAR;
+    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
+}
+
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < count; i++) {
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+    }
+}
+
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
+{
+    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
+    springls_batch batch;
+    float error[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &a[0].x;
+    batch.springls = springls;
+    batch.ids = ids;
+    batch.count = count;
+    for (i = 0; i < count; i++) {
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
+    }
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
+        for (i = 0; i < count; i++) error[i] = -1.0f;
+    } else {
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
+    }
+    memset(block, 0, sizeof *block);
+    block->finite = block->still = 1;
+    for (i = 0; i < count; i++) {
+        const springls__grid *g = &motion->ctx->model.grid;
+        springls__springl s = set->s[springls[i]];
+        springls__movers d;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d.error = error[i];
+        d = springls__smoothed(g, &motion->rule, s, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[springls[i]] = d;
+        motion->how_far[springls[i]] = springls__how_far(d);
+        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
+    }
+}
+
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
+{
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+}
+
+/* Displaces some blocks: callbacks see the same batches for any division of the loop. */
+SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
+{
+    const springls__motion *motion = (const springls__motion *)arg;
+    for (; begin < end; begin++) {
+        int first = begin * SPRINGLS__ADVECT_BLOCK;
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
+    }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (lower[k] > upper[k])
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
+}
+
+/* Begins the motion by `forces` from `time` to time + dt. */
+SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
+{
+    springls__motion *motion = &ctx->motion;
+    memset(motion, 0, sizeof *motion);
+    motion->ctx = ctx;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    motion->forces = *forces;
+    motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
+    motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.curvature_weight = forces->curvature_weight;
+    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
+    motion->time = time;
+    motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
+}
+
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
+{
+    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    motion->rule.dt = motion->dt;
+    motion->rule.stage_time[0] = motion->time;
+    motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
+    motion->rule.stage_time[3] = motion->time + spread;
+    motion->rule.stop_at_topology = motion->stop_at_topology;
+    return SPRINGLS_OK;
+}
+
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
+/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
+    uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->how_far = springls__is_moving(&ctx->model);
+    motion->blocks = springls__block_motions(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(
+        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
+        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
+    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
+    return SPRINGLS_OK;
+}
+
+/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *motion)
+{
+    float largest2 = 0.0f;
+    bool finite = true;
+    int i;
+    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
+    motion->still = true;
+    for (i = 0; i < springls__advect_blocks(motion); i++) {
+        finite = finite && motion->blocks[i].finite;
+        motion->still = motion->still && motion->blocks[i].still;
+        largest2 = springls__max(largest2, motion->blocks[i].largest2);
+        motion->moving += motion->blocks[i].moving;
+    }
+    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
+}
+
+/* Returns true when the device can evaluate the forces, and completes the rule for it. */
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
+{
+    const springls_forces *forces = &motion->forces;
+    float *n = motion->rule.flow_numbers;
+    if (forces->world_units) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
+    motion->rule.flow = SPRINGLS__FLOW_NONE;
+    if (forces->velocity == springls_velocity_deformation) {
+        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
+        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        n[0] = flow->grid_size;
+        n[1] = flow->period;
+    } else if (forces->velocity == springls_velocity_rotation) {
+        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
+        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
+        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
+        memcpy(n, flow->center, 3 * sizeof *n);
+        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
+        n[6] = flow->angular_velocity;
+    } else if (forces->velocity) {
+        const springls_backend *backend = motion->ctx->backend;
+        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
+        motion->rule.flow = SPRINGLS__FLOW_USER;
+    }
+    return true;
+}
+
+/* Sends a sampled field to the device, unless the same version of it is there. */
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
+                                                       const springls_sampled_field *given, const springls__field *field)
+{
+    springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
+    size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
+    if (!given->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data
+        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+        return SPRINGLS_OK;
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    *last = *given;
+    return SPRINGLS_OK;
+}
+
+/* Finds all displacements on the device, the largest one and how many springls move. */
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
+    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        SPRINGLS__TRY(
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
+    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
+    motion->still = motion->moved == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
+    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
+    return ctx->backend_status;
+}
+
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+}
+
+/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    SPRINGLS__TRY(springls__motion_times(motion));
+    motion->blocks = NULL;
+    motion->listed = NULL;
+    motion->count = ctx->model.set.count;
+    motion->moved = 0.0f;
+    motion->moving = 0;
+    motion->still = true;
+    if (springls__has_no_force(motion)) return SPRINGLS_OK;
+    if (ctx->on_device && springls__device_can_displace(motion)) {
+        springls_status status = springls__displace_on_device(motion);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    return springls__displace_on_host(motion);
+}
+
+enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+
+/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
+   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
+   limit. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
+{
+    enum { TRIES = 40 };
+    springls__motion *motion = &ctx->motion;
+    int count = ctx->model.set.count;
+    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
+        SPRINGLS__TRY(springls__displace(motion));
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
+    }
+    springls__displaced(motion);
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
+        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
+    }
+    if (!motion->still) {
+        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        springls__constellation_moved(ctx);
+    }
+    ctx->stats.largest_displacement = motion->moved;
+    ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
+    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__motion *motion = &ctx->motion;
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
+    motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.euler = 1;
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
+    springls__finish_loop(ctx);
+    springls__displaced(motion);
+    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = motion->moved;
+    return SPRINGLS_OK;
+}
+
+/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
+{
+    float axis[3][SPRINGLS__LANES];
+    springls__vec3 u;
+    int lane, k;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
+    springls__vec_store(axis[0], u.x);
+    springls__vec_store(axis[1], u.y);
+    springls__vec_store(axis[2], u.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
+}
+
+SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
+    int i;
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
+    for (; i < count; i++) {
+        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                        n, amplitude);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
+}
+
+SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
+    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
+    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -11555,6 +11966,48 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
             if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
+/* ======== >>sleep  (src/stages/sleep.h) ======================================================================== */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+
+/* Returns true when bricks may sleep: phi moves by the springls alone. */
+SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
+}
+
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
+   several may write to one brick. */
+SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
+{
+    springls__arguments args;
+    int i;
+    args.stir.first = first;
+    args.stir.which = which;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
+    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Finds the bricks that are awake, after the springls have moved. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -11606,6 +12059,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
@@ -12683,6 +13137,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
     springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -12732,6 +13187,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
     springls__constellation_changed(ctx);
 }
 
@@ -12947,6 +13403,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     springls__attributes_after_split(ctx, count);
@@ -14155,12 +14612,29 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14266,6 +14740,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -14285,6 +14761,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
@@ -14382,10 +14859,9 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
-        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
+    if (!step) return springls__fail_null(ctx, "step", "the description");
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -14409,9 +14885,10 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done) return springls__fail_null(ctx, "step_continue", "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
@@ -14476,6 +14953,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     SPRINGLS__TRY(springls__finish_step(ctx));
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
+    springls__wake_all(ctx);
     ctx->calls++;
     status = springls__run_to_completion(ctx, run);
     ctx->calls--;
@@ -14690,14 +15168,16 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
 typedef struct springls__param {
-    const char *name;
+    const char *name, *fault;
     size_t offset;
     bool real;
     float low, high;
 } springls__param;
 
-#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
-#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -14718,18 +15198,21 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns the name of the first member that is out of range, or NULL. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
+    if (p->cookie != SPRINGLS__COOKIE) 
+        return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
-        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
-    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
+    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
 }
 
 /* ======== >>create  (src/lifecycle/create.h) =================================================================== */
 /* create.h - the life cycle of a context, its parameters, and texts about the library. */
+
+enum { SPRINGLS__DEFAULT_MAX_SPRINGLS = 64 * 1000 * 1000 };
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -14750,25 +15233,64 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
 }
 
 /* Reports a failure that happens before there is a context. */
-SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *message)
+SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *reason)
 {
-    if (desc && desc->logger.log) desc->logger.log(desc->logger.user, 1, message);
+    char message[128];
+    if (!desc || !desc->logger.log) return status;
+    snprintf(message, sizeof message, "create: %s", reason);
+    desc->logger.log(desc->logger.user, 1, message);
     return status;
 }
 
 /* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
-SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel, springls_params *params)
 {
+    const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
-    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
-        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
-    ctx->model.params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
-    if (desc->max_springls < 0) return "create: max_springls is negative";
-    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side";
+    if (fault) return fault;
+    *params = desc->params ? *desc->params : springls_default_params();
+    fault = springls__params_fault(params);
+    if (fault) return fault;
+    if (desc->max_springls < 0) return "max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
+    if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
+}
+
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc)
+{
+    double to_world[12], to_voxel[12];
+    springls_params params;
+    const char *fault = desc ? springls__desc_fault(desc, to_world, to_voxel, &params) : "desc is NULL";
+    return fault ? fault : "";
+}
+
+SPRINGLS_API springls_desc springls_default_desc(void)
+{
+    springls_desc desc;
+    int k;
+    memset(&desc, 0, sizeof desc);
+    for (k = 0; k < 3; k++) desc.grid.spacing[k] = desc.grid.direction[4 * k] = 1.0;
+    desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
+    return desc;
+}
+
+SPRINGLS_API springls_step_desc springls_default_step_desc(void)
+{
+    springls_step_desc step;
+    memset(&step, 0, sizeof step);
+    step.max_displacement = 2.0f;
+    return step;
+}
+
+SPRINGLS_API springls_forces springls_default_forces(void)
+{
+    springls_forces forces;
+    memset(&forces, 0, sizeof forces);
+    forces.pressure_weight = forces.velocity_weight = forces.affine_weight = 1.0f;
+    return forces;
 }
 
 /* Finds the shortest and the longest step between voxels, in world units. */
@@ -14793,7 +15315,7 @@ SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc
         ctx->desc.allocator.alloc = springls__malloc;
         ctx->desc.allocator.free = springls__free;
     }
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
     springls__measure_spacing(ctx);
 }
 
@@ -14803,13 +15325,14 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     const char *fault;
     springls_status status;
     if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    if (!desc) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
     memset(&made, 0, sizeof made);
-    fault = springls__desc_fault(desc, &made);
+    fault = springls__desc_fault(desc, made.to_world, made.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
     *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
@@ -14848,13 +15371,14 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -15535,8 +16059,10 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     size_t i, n;
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!intensity || !(low <= high))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    if (!intensity) return springls__fail_null(ctx, "set_threshold", "intensity");
+    if (!(low <= high))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: low (%g) is not below high (%g)", (double)low,
+                              (double)high);
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
@@ -16700,9 +17226,10 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
                                                       const float *correspondences, int count)
 {
     int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    if (!vertices) return springls__fail_null(ctx, "set_springls", "vertices");
+    if (count <= 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d is not positive", count);
+    if (count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls", count);
     for (i = 0; i < count; i++)
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
@@ -16813,6 +17340,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     springls__use_device(ctx);
     ctx->calls++;
     status = springls__write(ctx, first, count, vertices, particles);
+    if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
     if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
     return springls__report_device_failure(ctx, status);
@@ -16983,7 +17511,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_attribute", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
@@ -17436,10 +17964,10 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(
-            ctx, SPRINGLS_INVALID_ARGUMENT,
-            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    if (!out) return springls__fail_null(ctx, "chunks_create", "out");
+    if (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: the tolerance %g is not at most half a voxel",
+                              (double)desc->tolerance);
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -17464,7 +17992,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+        return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
     SPRINGLS__TRY(springls__finish_step(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
@@ -18097,8 +18625,8 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
+    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
+    if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
     for (i = 0; i < 3 * (size_t)count; i++)
         if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
@@ -18574,7 +19102,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!components || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+        return springls__fail_null(ctx, "components", components ? "count" : "components");
     SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
@@ -18615,7 +19143,7 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
     if (events) *events = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    if (!events || !count) return springls__fail_null(ctx, "events", events ? "count" : "events");
     SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
     event = (springls_event *)ctx->event_memory.data;
     part = (const springls_component *)ctx->event_part_memory.data;
@@ -18704,7 +19232,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_errors", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__finish_step(ctx));
     job.mesh = mesh;
     job.out = out;
@@ -18780,7 +19308,7 @@ SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const s
                                                   const char *call)
 {
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+        return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
     return SPRINGLS_OK;
 }
 
@@ -18975,10 +19503,13 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     springls_status status;
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS
-        || (channels > 0 && !values)
-        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+    if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+    if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
+    if (triangle_count > 0 && (!positions || !triangles || !neighbors))
+        return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
@@ -19710,6 +20241,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -19752,6 +20284,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
@@ -19812,6 +20345,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
@@ -19977,6 +20511,9 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         break;
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_CALM:
+        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
         break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
@@ -20243,6 +20780,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
@@ -20436,8 +20974,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -20446,6 +20984,8 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
+        springls__wake_slot(g, slot);
+        if (calm) g->calm[slot] = (uint8_t)calm[i];
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
@@ -20508,7 +21048,8 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
+                          layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -20561,6 +21102,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
@@ -20702,7 +21244,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 847 \"springls.h\"\n",
+    "#line 866 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20808,7 +21350,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1800 \"springls.h\"\n",
+    "#line 1841 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20822,6 +21364,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
+    "\n",
+    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
+    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -20871,6 +21416,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
+    "    springls__stir_arguments stir;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -20886,7 +21432,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1879 \"springls.h\"\n",
+    "#line 1924 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20902,7 +21448,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(is_moving, uint8_t, 2)                                                                                                     \\\n",
+    "    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -20953,6 +21499,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
     "    X(lane_memory, float, 2)                    /* of project's lanes (launch.h)                                              */ \\\n",
     "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
+    "    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -20973,7 +21520,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1967 \"springls.h\"\n",
+    "#line 2013 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21049,7 +21596,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2044 \"springls.h\"\n",
+    "#line 2090 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21068,7 +21615,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2064 \"springls.h\"\n",
+    "#line 2110 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21083,7 +21630,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2080 \"springls.h\"\n",
+    "#line 2126 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21207,7 +21754,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2204 \"springls.h\"\n",
+    "#line 2250 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21233,7 +21780,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2231 \"springls.h\"\n",
+    "#line 2277 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21384,7 +21931,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2383 \"springls.h\"\n",
+    "#line 2429 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21399,7 +21946,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2398 \"springls.h\"\n",
+    "#line 2444 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21523,14 +22070,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2522 \"springls.h\"\n",
+    "#line 2568 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2530 \"springls.h\"\n",
+    "#line 2576 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21542,7 +22089,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2542 \"springls.h\"\n",
+    "#line 2588 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21557,7 +22104,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2558 \"springls.h\"\n",
+    "#line 2604 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21601,7 +22148,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2602 \"springls.h\"\n",
+    "#line 2648 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21616,7 +22163,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2617 \"springls.h\"\n",
+    "#line 2663 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21660,7 +22207,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2661 \"springls.h\"\n",
+    "#line 2707 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21739,7 +22286,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2740 \"springls.h\"\n",
+    "#line 2786 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21754,7 +22301,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2756 \"springls.h\"\n",
+    "#line 2802 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21817,7 +22364,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2819 \"springls.h\"\n",
+    "#line 2865 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21832,7 +22379,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2834 \"springls.h\"\n",
+    "#line 2880 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21895,7 +22442,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2898 \"springls.h\"\n",
+    "#line 2944 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21927,6 +22474,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
+    "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
@@ -22021,6 +22571,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
+    "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
     "} springls__grid;\n",
     "\n",
     "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
@@ -22197,7 +22748,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
-    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
@@ -22231,7 +22782,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3235 \"springls.h\"\n",
+    "#line 3285 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22632,6 +23183,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "    g->slot_brick[slot] = -1;\n",
+    "    g->awake[slot] = 0;\n",
     "    g->free_slots[place] = slot;\n",
     "}\n",
     "\n",
@@ -22660,7 +23212,14 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
-    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
+    "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    g->calm[slot] = 0;\n",
+    "    g->awake[slot] = g->near_awake[slot] = 1;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */\n",
     "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
     "{\n",
     "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
@@ -22671,8 +23230,9 @@ static const char *const springls__kernel_lines[] = {
     "        g->omega[v] = -1.0f;\n",
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3677 \"springls.h\"\n",
+    "#line 3736 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22848,7 +23408,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3854 \"springls.h\"\n",
+    "#line 3913 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23021,11 +23581,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4028 \"springls.h\"\n",
+    "#line 4087 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
@@ -23102,14 +23662,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
-    "   count by as much as the surface has become thinner, as without a change of volume. */\n",
+    "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
+    "   than a voxel are of two sheets, and count in full. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
-    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
+    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;\n",
     "    int i, spare;\n",
     "    if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;\n",
     "    sums = springls__sum_residuals(model, &span, known);\n",
@@ -23121,8 +23682,9 @@ static const char *const springls__kernel_lines[] = {
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
-    "    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height\n",
-    "                          + sums.error2 / sums.weight);\n",
+    "    residual2 = sums.a2 + sums.height2 * thinner * thinner;\n",
+    "    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);\n",
+    "    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
     "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
@@ -23155,7 +23717,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4224 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23164,7 +23726,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4172 \"springls.h\"\n",
+    "#line 4233 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23179,7 +23741,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4188 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23192,7 +23754,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4201 \"springls.h\"\n",
+    "#line 4262 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23207,7 +23769,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4216 \"springls.h\"\n",
+    "#line 4277 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23220,7 +23782,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4229 \"springls.h\"\n",
+    "#line 4290 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -23234,16 +23796,24 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,\n",
+    "                                          springls__v3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
     "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);\n",
-    "    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;\n",
+    "    float sum = path * springls__length(residual);\n",
+    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
+    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -23332,6 +23902,7 @@ static const char *const springls__kernel_lines[] = {
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
+    "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -23352,6 +23923,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (rule->velocity.channels == 0) return out;\n",
     "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
     "}\n",
     "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
@@ -23378,6 +23955,30 @@ static const char *const springls__kernel_lines[] = {
     "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
+    "\n",
+    "/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */\n",
+    "#define SPRINGLS__MOVED_NOT 0\n",
+    "#define SPRINGLS__MOVED_LESS 1\n",
+    "#define SPRINGLS__MOVED_MORE 2\n",
+    "#define SPRINGLS__MOVED_FAR 3\n",
+    "\n",
+    "/* Returns how far a springl moves, by its displacements. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)\n",
+    "{\n",
+    "    float largest2 = 0.0f;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));\n",
+    "    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
+    "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether forces act on a particle: it lies in their region. */\n",
+    "SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)\n",
+    "{\n",
+    "    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;\n",
+    "}\n",
     "\n",
     "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
     "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
@@ -23388,15 +23989,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. */\n",
+    "   and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time)\n",
+    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
     "    int m;\n",
     "    slope.error = 0.0f;\n",
-    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
     "    if (!model->params.vertex_velocity) {\n",
     "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
@@ -23416,22 +24017,38 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
+    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
+    "                                                     const springls__v3 *flow)\n",
+    "{\n",
+    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
+    "    change = springls__sub(last, flow[2]);\n",
+    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
+    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
+    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
+    "    return springls__mad(change, middle, 4.0f);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                           springls__movers at)\n",
     "{\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
     "    int m;\n",
     "    if (rule->euler) {\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
     "        k1.error = -1.0f;\n",
     "        return k1;\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
-    "    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    return k1;\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
+    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
+    "    return d;\n",
     "}\n",
     "\n",
     "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
@@ -23447,7 +24064,7 @@ static const char *const springls__kernel_lines[] = {
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
+    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it\n",
     "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -23460,28 +24077,36 @@ static const char *const springls__kernel_lines[] = {
     "    at.error = 0.0f;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {\n",
+    "        springls__displacement2(model)[i] = 0.0f;\n",
+    "        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;\n",
+    "        return;\n",
+    "    }\n",
     "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
     "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
+    "    springls__is_moving(model)[i] = springls__how_far(d);\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements. */\n",
+    "/* Moves springl i by its displacements, if it moves at all. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__movers d = springls__displacement(model)[i];\n",
-    "    springls__springl s = model->set.s[i];\n",
+    "    springls__movers d;\n",
+    "    springls__springl s;\n",
     "    int m;\n",
     "    (void)args;\n",
+    "    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;\n",
+    "    d = springls__displacement(model)[i];\n",
+    "    s = model->set.s[i];\n",
     "    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);\n",
     "    s.p = springls__add(s.p, d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4982 \"springls.h\"\n",
+    "#line 5125 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23507,7 +24132,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5152 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23576,7 +24201,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5079 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23678,7 +24303,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5182 \"springls.h\"\n",
+    "#line 5325 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23769,7 +24394,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5274 \"springls.h\"\n",
+    "#line 5417 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23880,7 +24505,7 @@ static const char *const springls__kernel_lines[] = {
     "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
-    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
     "    const int enough = 2, enough_beside = 3;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -23987,7 +24612,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5493 \"springls.h\"\n",
+    "#line 5636 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24113,7 +24738,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5620 \"springls.h\"\n",
+    "#line 5763 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24189,7 +24814,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5840 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24204,7 +24829,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5712 \"springls.h\"\n",
+    "#line 5855 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24219,7 +24844,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5728 \"springls.h\"\n",
+    "#line 5871 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24230,7 +24855,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5739 \"springls.h\"\n",
+    "#line 5882 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24245,7 +24870,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5754 \"springls.h\"\n",
+    "#line 5897 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24256,7 +24881,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5765 \"springls.h\"\n",
+    "#line 5908 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24359,7 +24984,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5869 \"springls.h\"\n",
+    "#line 6012 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24570,9 +25195,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
-    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than\n",
+    "   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
+    "SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }\n",
     "\n",
     "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
@@ -24838,7 +25463,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6349 \"springls.h\"\n",
+    "#line 6492 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24945,7 +25570,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6457 \"springls.h\"\n",
+    "#line 6600 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25081,7 +25706,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6594 \"springls.h\"\n",
+    "#line 6737 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25270,7 +25895,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6784 \"springls.h\"\n",
+    "#line 6927 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -25381,7 +26006,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6896 \"springls.h\"\n",
+    "#line 7039 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25394,7 +26019,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6910 \"springls.h\"\n",
+    "#line 7053 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25607,9 +26232,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               springls__v3 x, float *phi)\n",
+    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -25625,11 +26250,8 @@ static const char *const springls__kernel_lines[] = {
     "            edges += s->edge;\n",
     "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    if (edges == 0) return false;\n",
-    "    estimate = springls__edge_distance(&samples, x);\n",
-    "    if (estimate.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
-    "    return true;\n",
+    "    estimate.weight = estimate.distance = 0.0f;\n",
+    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -25659,16 +26281,19 @@ static const char *const springls__kernel_lines[] = {
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__estimate edge;\n",
     "    springls__projection f;\n",
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
-    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    edge.weight = edge.distance = 0.0f;\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    return springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -25740,7 +26365,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7257 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25891,7 +26516,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7409 \"springls.h\"\n",
+    "#line 7552 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25921,7 +26546,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7439 \"springls.h\"\n",
+    "#line 7582 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25936,7 +26561,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7455 \"springls.h\"\n",
+    "#line 7598 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26105,7 +26730,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7624 \"springls.h\"\n",
+    "#line 7767 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26120,7 +26745,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7639 \"springls.h\"\n",
+    "#line 7782 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26289,7 +26914,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7808 \"springls.h\"\n",
+    "#line 7951 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26325,7 +26950,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7845 \"springls.h\"\n",
+    "#line 7988 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26449,7 +27074,98 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7970 \"springls.h\"\n",
+    "#line 8113 \"springls.h\"\n",
+    "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
+    "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
+    "\n",
+    "/* Voxel: a springl whose points have moved by less does not stir. */\n",
+    "#define SPRINGLS__REST 1e-3f\n",
+    "\n",
+    "/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in\n",
+    "   this step; all of a range; those that contract removes or reshapes. */\n",
+    "#define SPRINGLS__STIR_AWAY 0\n",
+    "#define SPRINGLS__STIR_MOVING 1\n",
+    "#define SPRINGLS__STIR_ALL 2\n",
+    "#define SPRINGLS__STIR_CONTRACTED 3\n",
+    "\n",
+    "/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */\n",
+    "SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)\n",
+    "{\n",
+    "    return springls__imin(model->params.resample_period + 1, 255);\n",
+    "}\n",
+    "\n",
+    "/* Wakes the brick of slot i, if it is not free. */\n",
+    "SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);\n",
+    "}\n",
+    "\n",
+    "/* Counts a calm step of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
+    "    (void)args;\n",
+    "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
+    "{\n",
+    "    if (which == SPRINGLS__STIR_CONTRACTED) {\n",
+    "        uint8_t action = springls__contract_action(model)[i];\n",
+    "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
+    "    }\n",
+    "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
+    "}\n",
+    "\n",
+    "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
+    "   that of one brick: they write the same. */\n",
+    "SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int n = args.stir.first + i;\n",
+    "    if (!springls__stirs(model, n, args.stir.which)) return;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */\n",
+    "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int limit = springls__calm_limit(model);\n",
+    "    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;\n",
+    "    }\n",
+    "    g->awake[g->active[i]] = (uint8_t)awake;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i or one around it is awake. */\n",
+    "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !near_awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
+    "    }\n",
+    "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
+    "}\n",
+    "#line 8205 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26796,7 +27512,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8318 \"springls.h\"\n",
+    "#line 8553 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26893,7 +27609,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8416 \"springls.h\"\n",
+    "#line 8651 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26969,7 +27685,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8493 \"springls.h\"\n",
+    "#line 8728 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27205,7 +27921,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8730 \"springls.h\"\n",
+    "#line 8965 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27230,7 +27946,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8756 \"springls.h\"\n",
+    "#line 8991 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27489,7 +28205,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9016 \"springls.h\"\n",
+    "#line 9251 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27499,6 +28215,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
+    "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
+    "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \\\n",
+    "    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
@@ -27579,7 +28300,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27583 \"springls.h\"\n",
+    "#line 28304 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27600,10 +28321,11 @@ static const char *const springls__kernel_lines[] = {
     "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
     "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
     "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
@@ -28587,8 +29309,8 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
-    if (!other || other == ctx)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (!other) return springls__fail_null(ctx, "combine", "the other model");
+    if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
         || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");

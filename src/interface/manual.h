@@ -38,13 +38,14 @@
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+     1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
+        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx).
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
+        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
