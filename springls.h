@@ -94,6 +94,7 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
+     >>follow               src/solver/follow.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -915,6 +916,8 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
+    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
+                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
@@ -4620,6 +4623,14 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
+/* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
+typedef struct springls__held {
+    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+    int active_count, free_count, slot_count;
+    float way;
+    bool in_use;
+} springls__held;
+
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
     SPRINGLS__ENTRY_RUN,
@@ -4674,7 +4685,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
-    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -4684,6 +4695,9 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
+                               been moved otherwise, and phi follows in the next step                           */
+    springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
@@ -9735,6 +9749,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
+    ctx->way = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
@@ -10038,6 +10053,8 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
+    ctx->way = 0.0f;
+    ctx->held.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -10625,7 +10642,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 
@@ -12768,11 +12784,14 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move together, and the closest points slide
    along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {
+        ctx->neighbors_age++;
+        return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
     springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
@@ -13924,6 +13943,100 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* ======== >>follow  (src/solver/follow.h) ====================================================================== */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before something else than a lazy step reads
+   it. For a reader phi follows for the time of reading only: the steps to come begin from phi as the steps have left it, so that
+   reading changes no later bits. */
+
+/* Returns true when phi is behind the springls by lazy steps. */
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+
+/* What projecting changes, but for what is found again when it is needed. */
+#define SPRINGLS__HELD_BITS                                                                                                      \
+    (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)))                           \
+     | SPRINGLS__BIT(SYNCED_POSITION))
+
+/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+{
+    size_t at = 0;
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        size_t bytes;
+        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
+        if (memory && bytes > 0) memcpy(back ? (char *)buffer->data : memory + at, back ? memory + at : (char *)buffer->data, bytes);
+        if (memory && back) {
+            buffer->host_stale = false;
+            buffer->device_stale = buffer->device != NULL;
+        }
+        at += bytes;
+    }
+    return at;
+}
+
+/* Remembers the level set as the steps have left it. */
+SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_held(ctx, (char *)held->memory.data, false);
+    held->active_count = ctx->model.grid.active_count;
+    held->free_count = ctx->model.grid.free_count;
+    held->slot_count = ctx->model.grid.slot_count;
+    held->way = ctx->way;
+    held->in_use = true;
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the level set as the steps have left it: what continues from there calls this first. */
+SPRINGLS__FN void springls__end_reading(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    if (!held->in_use) return;
+    ctx->model.grid.active_count = held->active_count;
+    ctx->model.grid.free_count = held->free_count;
+    ctx->model.grid.slot_count = held->slot_count;
+    springls__copy_held(ctx, (char *)held->memory.data, true);
+    ctx->way = held->way;
+    ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
+    held->in_use = false;
+}
+
+/* Makes phi follow; springls stay as they are. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+{
+    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_PROJECT);
+    springls_status status;
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    ctx->calls--;
+    springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
+    return springls__report_device_failure(ctx, status);
+}
+
+/* Makes phi and springls agree for a call that reads the level set, if no step is in progress. Every such call does this. */
+SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
+{
+    springls_status status;
+    if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    status = springls__follow(ctx);
+    if (status != SPRINGLS_OK) springls__end_reading(ctx);
+    return status;
+}
+
+/* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
+SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
+{
+    if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
+    ctx->held.in_use = false;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
 /* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
@@ -13982,6 +14095,32 @@ SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 }
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
+
+/* Returns true when the step in progress may leave phi behind: nothing in it reads phi, or the normals that relax keeps. */
+SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const springls_step_desc *desc = &ctx->step.desc;
+    const springls_forces *forces = &ctx->step.forces;
+    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+        && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
+        && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
+        && !forces->pressure_batch && !forces->pressure_grid.data;
+}
+
+/* Returns true when phi has been left behind and the step in progress needs it. */
+SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
+{
+    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+}
+
+/* Returns true when springls may move once more, as far as just now, before phi follows. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f
+        && ctx->way + 2.0f * ctx->motion.moved <= ctx->model.params.lazy_way;
+}
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
@@ -14049,13 +14188,43 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* What is left of a lazy sub-step when springls have moved. */
+static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    if (springls__stays_lazy(ctx)) {
+        ctx->way += ctx->motion.moved;
+        ctx->step.next = springls__lazy_end;
+        return SPRINGLS_OK;
+    }
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
@@ -14084,27 +14253,6 @@ SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
 {
     ctx->step.iterations_left--;
-    return SPRINGLS_OK;
-}
-
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
     return SPRINGLS_OK;
 }
 
@@ -14144,6 +14292,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
@@ -14282,6 +14431,20 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
 /* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
+/* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
+SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__read_level_set(ctx);
+}
+
+/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__change_level_set(ctx);
+}
+
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -14296,6 +14459,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__end_reading(ctx);
     springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
@@ -14345,18 +14509,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces
-   phi as a whole calls this first, so that no motion is lost. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
+   that no motion is lost. No step is in progress. */
+SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
-    SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     if (!(displacement > 0.0f)) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
+}
+
+/* Ends the step in progress, and makes phi follow whatever has moved. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__settle_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -14377,7 +14547,8 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     springls_status status;
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    ctx->way = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     ctx->calls++;
@@ -14393,7 +14564,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
     return springls__max_speed(ctx, forces, time, speed);
 }
 
@@ -14489,6 +14660,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
+    p.lazy_way = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -14527,6 +14699,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
+    p.lazy_way = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -14578,6 +14751,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
     SPRINGLS__IN(carry_level_set, 0, 1);
+    SPRINGLS__IN(lazy_way, 0.0f, 3.0f);
     SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
     SPRINGLS__IN(keep_edges, 0, 1);
@@ -14613,6 +14787,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->held.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -14723,6 +14898,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
@@ -16501,7 +16677,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__make_original(ctx));
@@ -16681,8 +16857,10 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
+    ctx->way = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     ctx->calls--;
     if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
@@ -17336,7 +17514,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
@@ -18016,6 +18194,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
@@ -18354,6 +18533,7 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
                                            | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
                                            | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
@@ -18432,7 +18612,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
@@ -18576,7 +18756,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
@@ -19152,7 +19332,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
@@ -19216,7 +19396,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -19253,6 +19433,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
+    springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
@@ -19285,7 +19466,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 3, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -19299,6 +19480,7 @@ typedef struct springls__snapshot_state {
     uint64_t reference_stamp;
     springls_stats stats;
     springls_params params;
+    float way;
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
@@ -19440,6 +19622,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
     s->kind = (int32_t)kind;
     s->iteration = ctx->iteration;
+    s->way = ctx->way;
     s->count = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = ctx->neighbors_age;
@@ -19567,6 +19750,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_numbers(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
@@ -19654,6 +19838,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
+    if (!(s->way >= 0.0f)) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -19922,6 +20107,8 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
+    ctx->way = s->way;
+    ctx->held.in_use = false;
     ctx->stats = s->stats;
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -20002,6 +20189,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -20028,6 +20216,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -20050,6 +20239,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
@@ -20070,7 +20260,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 842 \"springls.h\"\n",
+    "#line 843 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20147,6 +20337,8 @@ static const char *const springls__kernel_lines[] = {
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
     "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
+    "    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
+    "                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
@@ -20176,7 +20368,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1794 \"springls.h\"\n",
+    "#line 1797 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20254,7 +20446,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1873 \"springls.h\"\n",
+    "#line 1876 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20340,7 +20532,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1960 \"springls.h\"\n",
+    "#line 1963 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20416,7 +20608,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2037 \"springls.h\"\n",
+    "#line 2040 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20435,7 +20627,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2057 \"springls.h\"\n",
+    "#line 2060 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20450,7 +20642,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2073 \"springls.h\"\n",
+    "#line 2076 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20574,7 +20766,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2197 \"springls.h\"\n",
+    "#line 2200 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20600,7 +20792,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2224 \"springls.h\"\n",
+    "#line 2227 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20751,7 +20943,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2376 \"springls.h\"\n",
+    "#line 2379 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20766,7 +20958,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2391 \"springls.h\"\n",
+    "#line 2394 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20890,14 +21082,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2515 \"springls.h\"\n",
+    "#line 2518 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2523 \"springls.h\"\n",
+    "#line 2526 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20909,7 +21101,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2538 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20924,7 +21116,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2551 \"springls.h\"\n",
+    "#line 2554 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -20968,7 +21160,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2595 \"springls.h\"\n",
+    "#line 2598 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20983,7 +21175,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2610 \"springls.h\"\n",
+    "#line 2613 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21027,7 +21219,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2654 \"springls.h\"\n",
+    "#line 2657 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21106,7 +21298,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2733 \"springls.h\"\n",
+    "#line 2736 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21121,7 +21313,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2749 \"springls.h\"\n",
+    "#line 2752 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21184,7 +21376,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2812 \"springls.h\"\n",
+    "#line 2815 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21199,7 +21391,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2827 \"springls.h\"\n",
+    "#line 2830 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21262,7 +21454,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2894 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21598,7 +21790,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3228 \"springls.h\"\n",
+    "#line 3231 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22039,7 +22231,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3670 \"springls.h\"\n",
+    "#line 3673 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22215,7 +22407,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3847 \"springls.h\"\n",
+    "#line 3850 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22388,7 +22580,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4021 \"springls.h\"\n",
+    "#line 4024 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22522,7 +22714,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4156 \"springls.h\"\n",
+    "#line 4159 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22531,7 +22723,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4165 \"springls.h\"\n",
+    "#line 4168 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22546,7 +22738,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4181 \"springls.h\"\n",
+    "#line 4184 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22559,7 +22751,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4194 \"springls.h\"\n",
+    "#line 4197 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22574,7 +22766,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4209 \"springls.h\"\n",
+    "#line 4212 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22587,7 +22779,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4222 \"springls.h\"\n",
+    "#line 4225 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22848,7 +23040,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4975 \"springls.h\"\n",
+    "#line 4989 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22874,7 +23066,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5002 \"springls.h\"\n",
+    "#line 5016 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -22943,7 +23135,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5072 \"springls.h\"\n",
+    "#line 5086 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23045,7 +23237,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5175 \"springls.h\"\n",
+    "#line 5189 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23136,7 +23328,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5267 \"springls.h\"\n",
+    "#line 5281 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23354,7 +23546,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5486 \"springls.h\"\n",
+    "#line 5500 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23480,7 +23672,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5613 \"springls.h\"\n",
+    "#line 5627 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23556,7 +23748,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5690 \"springls.h\"\n",
+    "#line 5704 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23571,7 +23763,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5705 \"springls.h\"\n",
+    "#line 5719 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23586,7 +23778,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5721 \"springls.h\"\n",
+    "#line 5735 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23597,7 +23789,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5732 \"springls.h\"\n",
+    "#line 5746 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23612,7 +23804,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5747 \"springls.h\"\n",
+    "#line 5761 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23623,7 +23815,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5758 \"springls.h\"\n",
+    "#line 5772 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23726,7 +23918,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5862 \"springls.h\"\n",
+    "#line 5876 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24205,7 +24397,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6342 \"springls.h\"\n",
+    "#line 6356 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24312,7 +24504,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6450 \"springls.h\"\n",
+    "#line 6464 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24448,7 +24640,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6587 \"springls.h\"\n",
+    "#line 6601 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24637,7 +24829,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6777 \"springls.h\"\n",
+    "#line 6791 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24748,7 +24940,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6889 \"springls.h\"\n",
+    "#line 6903 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24761,7 +24953,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6903 \"springls.h\"\n",
+    "#line 6917 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25107,7 +25299,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7250 \"springls.h\"\n",
+    "#line 7264 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25258,7 +25450,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7402 \"springls.h\"\n",
+    "#line 7416 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25288,7 +25480,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7432 \"springls.h\"\n",
+    "#line 7446 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25303,7 +25495,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7462 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25472,7 +25664,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7617 \"springls.h\"\n",
+    "#line 7631 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25487,7 +25679,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7632 \"springls.h\"\n",
+    "#line 7646 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25656,7 +25848,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7801 \"springls.h\"\n",
+    "#line 7815 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25692,7 +25884,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7838 \"springls.h\"\n",
+    "#line 7852 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25816,7 +26008,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7963 \"springls.h\"\n",
+    "#line 7977 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26163,7 +26355,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8311 \"springls.h\"\n",
+    "#line 8325 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26260,7 +26452,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8409 \"springls.h\"\n",
+    "#line 8423 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26336,7 +26528,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8486 \"springls.h\"\n",
+    "#line 8500 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26572,7 +26764,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8723 \"springls.h\"\n",
+    "#line 8737 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26597,7 +26789,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8749 \"springls.h\"\n",
+    "#line 8763 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26856,7 +27048,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9009 \"springls.h\"\n",
+    "#line 9023 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26946,7 +27138,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 26950 \"springls.h\"\n",
+    "#line 27142 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27973,7 +28165,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__settle(ctx));
-    status = springls__settle(other);
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__settle_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));

@@ -28,7 +28,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 3, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -42,6 +42,7 @@ typedef struct springls__snapshot_state {
     uint64_t reference_stamp;
     springls_stats stats;
     springls_params params;
+    float way;
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
@@ -183,6 +184,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
     s->kind = (int32_t)kind;
     s->iteration = ctx->iteration;
+    s->way = ctx->way;
     s->count = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = ctx->neighbors_age;
@@ -310,6 +312,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_numbers(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
@@ -397,6 +400,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
+    if (!(s->way >= 0.0f)) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -665,6 +669,8 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
+    ctx->way = s->way;
+    ctx->held.in_use = false;
     ctx->stats = s->stats;
     ctx->component_count = s->components;
     ctx->event_count = s->events;
