@@ -237,6 +237,8 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
+   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
 
@@ -321,6 +323,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
+                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -340,6 +343,24 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+   LAZY STEPS
+
+   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
+   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
+   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   may move against each other.
+
+     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
+       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
+       springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
+     - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
+       topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
+       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
+     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
+       and part again within it, is lost.
 
    CURVATURE
 
@@ -454,7 +475,8 @@
        three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
-       computed. The model has the same bits with and without it. Snapshots hold components and events.
+       computed. No step is lazy with it; else the model has the same bits with and without it. Snapshots hold components and
+       events.
      - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
 
    ERRORS OF PLACE
@@ -1914,6 +1936,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
@@ -4628,7 +4651,7 @@ typedef struct springls__held {
     springls__buffer memory; /* springls__held_arrays, one after the other                                      */
     int active_count, free_count, slot_count;
     float way;
-    bool in_use;
+    bool opposed, in_use;
 } springls__held;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
@@ -4697,6 +4720,7 @@ struct springls_context {
     int iteration;          /* k of Algorithm 2                                                                 */
     float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
                                been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
@@ -7036,8 +7060,9 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
 }
 
 /* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
-   another sheet. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+   another sheet, which is noted in *opposed when it faces against. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row,
+                                           SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
@@ -7047,6 +7072,7 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
               + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
               + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -7073,7 +7099,7 @@ SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x +
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -7090,14 +7116,15 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+            else springls__moments_row(s, offset, sums, 8 * y + 64 * z, opposed);
         }
     }
 }
 
 /* Finds the nearest springl of every voxel, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
@@ -7109,10 +7136,10 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
         }
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -7191,7 +7218,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -7200,18 +7227,19 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
@@ -9075,7 +9103,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \
+      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
     X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
     X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
@@ -10054,6 +10083,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->way = 0.0f;
+    ctx->opposed = true;
     ctx->held.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
@@ -12784,8 +12814,9 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
+   together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
+   reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {
@@ -13314,6 +13345,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_way == 0.0f) return;
+    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+}
+
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
 {
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
@@ -13363,6 +13401,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
@@ -13372,6 +13411,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
+        springls__find_opposed(ctx);
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
@@ -13944,9 +13984,9 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
-/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before something else than a lazy step reads
-   it. For a reader phi follows for the time of reading only: the steps to come begin from phi as the steps have left it, so that
-   reading changes no later bits. */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
+   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
+   changes no later bits. */
 
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
@@ -13966,8 +14006,10 @@ SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, boo
         size_t bytes;
         if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
         bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
-        if (memory && bytes > 0) memcpy(back ? (char *)buffer->data : memory + at, back ? memory + at : (char *)buffer->data, bytes);
-        if (memory && back) {
+        if (memory && !back) {
+            memcpy(memory + at, buffer->data, bytes);
+        } else if (memory) {
+            memcpy(buffer->data, memory + at, bytes);
             buffer->host_stale = false;
             buffer->device_stale = buffer->device != NULL;
         }
@@ -13987,6 +14029,7 @@ SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
     held->free_count = ctx->model.grid.free_count;
     held->slot_count = ctx->model.grid.slot_count;
     held->way = ctx->way;
+    held->opposed = ctx->opposed;
     held->in_use = true;
     return SPRINGLS_OK;
 }
@@ -14001,6 +14044,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.slot_count = held->slot_count;
     springls__copy_held(ctx, (char *)held->memory.data, true);
     ctx->way = held->way;
+    ctx->opposed = held->opposed;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
     held->in_use = false;
 }
@@ -14115,11 +14159,13 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
     return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
 }
 
-/* Returns true when springls may move once more, as far as just now, before phi follows. */
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f
-        && ctx->way + 2.0f * ctx->motion.moved <= ctx->model.params.lazy_way;
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -19484,7 +19530,7 @@ typedef struct springls__snapshot_state {
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
-    uint8_t components_found, components_fresh, volumes_locked, pad;
+    uint8_t components_found, components_fresh, volumes_locked, opposed;
     uint32_t next_id, step, last_component_id, last_contact_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
@@ -19623,6 +19669,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->kind = (int32_t)kind;
     s->iteration = ctx->iteration;
     s->way = ctx->way;
+    s->opposed = ctx->opposed;
     s->count = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = ctx->neighbors_age;
@@ -20108,6 +20155,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->way = s->way;
+    ctx->opposed = s->opposed != 0;
     ctx->held.in_use = false;
     ctx->stats = s->stats;
     ctx->component_count = s->components;
@@ -20260,7 +20308,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 843 \"springls.h\"\n",
+    "#line 865 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20368,7 +20416,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1797 \"springls.h\"\n",
+    "#line 1819 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20446,7 +20494,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1876 \"springls.h\"\n",
+    "#line 1898 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20488,6 +20536,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \\\n",
     "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
@@ -20532,7 +20581,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1963 \"springls.h\"\n",
+    "#line 1986 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20608,7 +20657,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2040 \"springls.h\"\n",
+    "#line 2063 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20627,7 +20676,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2060 \"springls.h\"\n",
+    "#line 2083 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20642,7 +20691,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2076 \"springls.h\"\n",
+    "#line 2099 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20766,7 +20815,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2223 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20792,7 +20841,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2227 \"springls.h\"\n",
+    "#line 2250 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20943,7 +20992,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2379 \"springls.h\"\n",
+    "#line 2402 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20958,7 +21007,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2394 \"springls.h\"\n",
+    "#line 2417 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21082,14 +21131,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2518 \"springls.h\"\n",
+    "#line 2541 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2526 \"springls.h\"\n",
+    "#line 2549 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21101,7 +21150,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2538 \"springls.h\"\n",
+    "#line 2561 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21116,7 +21165,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2554 \"springls.h\"\n",
+    "#line 2577 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21160,7 +21209,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2598 \"springls.h\"\n",
+    "#line 2621 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21175,7 +21224,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2613 \"springls.h\"\n",
+    "#line 2636 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21219,7 +21268,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2657 \"springls.h\"\n",
+    "#line 2680 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21298,7 +21347,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2736 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21313,7 +21362,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2752 \"springls.h\"\n",
+    "#line 2775 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21376,7 +21425,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2815 \"springls.h\"\n",
+    "#line 2838 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21391,7 +21440,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2830 \"springls.h\"\n",
+    "#line 2853 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21454,7 +21503,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2894 \"springls.h\"\n",
+    "#line 2917 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21790,7 +21839,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3231 \"springls.h\"\n",
+    "#line 3254 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22231,7 +22280,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3673 \"springls.h\"\n",
+    "#line 3696 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22407,7 +22456,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3850 \"springls.h\"\n",
+    "#line 3873 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22580,7 +22629,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4024 \"springls.h\"\n",
+    "#line 4047 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -22714,7 +22763,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4159 \"springls.h\"\n",
+    "#line 4182 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22723,7 +22772,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4168 \"springls.h\"\n",
+    "#line 4191 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22738,7 +22787,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4184 \"springls.h\"\n",
+    "#line 4207 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22751,7 +22800,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4197 \"springls.h\"\n",
+    "#line 4220 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22766,7 +22815,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4212 \"springls.h\"\n",
+    "#line 4235 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22779,7 +22828,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4225 \"springls.h\"\n",
+    "#line 4248 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -23040,7 +23089,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4989 \"springls.h\"\n",
+    "#line 5013 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23066,7 +23115,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5016 \"springls.h\"\n",
+    "#line 5040 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23135,7 +23184,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5086 \"springls.h\"\n",
+    "#line 5110 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23237,7 +23286,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5189 \"springls.h\"\n",
+    "#line 5213 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23328,7 +23377,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5281 \"springls.h\"\n",
+    "#line 5305 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23546,7 +23595,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5500 \"springls.h\"\n",
+    "#line 5524 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23672,7 +23721,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5627 \"springls.h\"\n",
+    "#line 5651 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23748,7 +23797,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5704 \"springls.h\"\n",
+    "#line 5728 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23763,7 +23812,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5719 \"springls.h\"\n",
+    "#line 5743 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23778,7 +23827,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5735 \"springls.h\"\n",
+    "#line 5759 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23789,7 +23838,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5746 \"springls.h\"\n",
+    "#line 5770 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23804,7 +23853,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5761 \"springls.h\"\n",
+    "#line 5785 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23815,7 +23864,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5772 \"springls.h\"\n",
+    "#line 5796 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23918,7 +23967,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5876 \"springls.h\"\n",
+    "#line 5900 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24397,7 +24446,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6356 \"springls.h\"\n",
+    "#line 6380 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24504,7 +24553,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6464 \"springls.h\"\n",
+    "#line 6488 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24640,7 +24689,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6601 \"springls.h\"\n",
+    "#line 6625 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24829,7 +24878,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6791 \"springls.h\"\n",
+    "#line 6815 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24940,7 +24989,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6903 \"springls.h\"\n",
+    "#line 6927 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24953,7 +25002,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6917 \"springls.h\"\n",
+    "#line 6941 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25076,8 +25125,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
-    "   another sheet. */\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "   another sheet, which is noted in *opposed when it faces against. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row,\n",
+    "                                           SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
@@ -25087,6 +25137,7 @@ static const char *const springls__kernel_lines[] = {
     "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
     "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
     "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;\n",
     "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
@@ -25113,7 +25164,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
-    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -25130,14 +25181,15 @@ static const char *const springls__kernel_lines[] = {
     "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
     "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
-    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
+    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z, opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
     "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums,\n",
+    "                                               SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
@@ -25149,10 +25201,10 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -25231,7 +25283,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
-    "   springls carry phi along. */\n",
+    "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -25240,18 +25292,19 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;\n",
     "    bool carry = args.project.carry != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *side_unknown = 0;\n",
+    "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
@@ -25299,7 +25352,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7264 \"springls.h\"\n",
+    "#line 7292 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25450,7 +25503,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7416 \"springls.h\"\n",
+    "#line 7444 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25480,7 +25533,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7446 \"springls.h\"\n",
+    "#line 7474 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25495,7 +25548,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7490 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25664,7 +25717,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7631 \"springls.h\"\n",
+    "#line 7659 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25679,7 +25732,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7646 \"springls.h\"\n",
+    "#line 7674 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25848,7 +25901,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7815 \"springls.h\"\n",
+    "#line 7843 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25884,7 +25937,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7852 \"springls.h\"\n",
+    "#line 7880 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26008,7 +26061,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7977 \"springls.h\"\n",
+    "#line 8005 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26355,7 +26408,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8325 \"springls.h\"\n",
+    "#line 8353 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26452,7 +26505,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8423 \"springls.h\"\n",
+    "#line 8451 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26528,7 +26581,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8500 \"springls.h\"\n",
+    "#line 8528 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26764,7 +26817,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8737 \"springls.h\"\n",
+    "#line 8765 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26789,7 +26842,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8763 \"springls.h\"\n",
+    "#line 8791 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27048,7 +27101,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9023 \"springls.h\"\n",
+    "#line 9051 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27104,7 +27157,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \\\n",
+    "      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
     "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
@@ -27138,7 +27192,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27142 \"springls.h\"\n",
+    "#line 27196 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

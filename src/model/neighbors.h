@@ -6,8 +6,9 @@
 #include "../runtime/resumable.h"
 #include "cell_list.h"
 
-/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
+   together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
+   reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {

@@ -46,7 +46,7 @@ typedef struct springls__snapshot_state {
     int32_t size[3];
     int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
     int32_t components, events, event_parts;
-    uint8_t components_found, components_fresh, volumes_locked, pad;
+    uint8_t components_found, components_fresh, volumes_locked, opposed;
     uint32_t next_id, step, last_component_id, last_contact_body;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
@@ -185,6 +185,7 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->kind = (int32_t)kind;
     s->iteration = ctx->iteration;
     s->way = ctx->way;
+    s->opposed = ctx->opposed;
     s->count = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = ctx->neighbors_age;
@@ -670,6 +671,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->way = s->way;
+    ctx->opposed = s->opposed != 0;
     ctx->held.in_use = false;
     ctx->stats = s->stats;
     ctx->component_count = s->components;

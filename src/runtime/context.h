@@ -147,7 +147,7 @@ typedef struct springls__held {
     springls__buffer memory; /* springls__held_arrays, one after the other                                      */
     int active_count, free_count, slot_count;
     float way;
-    bool in_use;
+    bool opposed, in_use;
 } springls__held;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
@@ -216,6 +216,7 @@ struct springls_context {
     int iteration;          /* k of Algorithm 2                                                                 */
     float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
                                been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */

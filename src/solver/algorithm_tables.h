@@ -93,11 +93,13 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
     return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
 }
 
-/* Returns true when springls may move once more, as far as just now, before phi follows. */
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f
-        && ctx->way + 2.0f * ctx->motion.moved <= ctx->model.params.lazy_way;
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)

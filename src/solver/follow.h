@@ -1,6 +1,6 @@
-/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before something else than a lazy step reads
-   it. For a reader phi follows for the time of reading only: the steps to come begin from phi as the steps have left it, so that
-   reading changes no later bits. */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
+   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
+   changes no later bits. */
 #ifndef SPRINGLS__SOLVER_FOLLOW_H
 #define SPRINGLS__SOLVER_FOLLOW_H
 
@@ -29,8 +29,10 @@ SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, boo
         size_t bytes;
         if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
         bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
-        if (memory && bytes > 0) memcpy(back ? (char *)buffer->data : memory + at, back ? memory + at : (char *)buffer->data, bytes);
-        if (memory && back) {
+        if (memory && !back) {
+            memcpy(memory + at, buffer->data, bytes);
+        } else if (memory) {
+            memcpy(buffer->data, memory + at, bytes);
             buffer->host_stale = false;
             buffer->device_stale = buffer->device != NULL;
         }
@@ -50,6 +52,7 @@ SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
     held->free_count = ctx->model.grid.free_count;
     held->slot_count = ctx->model.grid.slot_count;
     held->way = ctx->way;
+    held->opposed = ctx->opposed;
     held->in_use = true;
     return SPRINGLS_OK;
 }
@@ -64,6 +67,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.slot_count = held->slot_count;
     springls__copy_held(ctx, (char *)held->memory.data, true);
     ctx->way = held->way;
+    ctx->opposed = held->opposed;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
     held->in_use = false;
 }
