@@ -16,8 +16,7 @@ SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->
 
 /* What projecting changes, but for what is found again when it is needed. */
 #define SPRINGLS__HELD_BITS                                                                                                      \
-    (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)))                           \
-     | SPRINGLS__BIT(SYNCED_POSITION))
+    (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
 /* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
 SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
@@ -51,6 +50,7 @@ SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
     held->active_count = ctx->model.grid.active_count;
     held->free_count = ctx->model.grid.free_count;
     held->slot_count = ctx->model.grid.slot_count;
+    held->some_asleep = ctx->model.grid.some_asleep;
     held->way = ctx->way;
     held->opposed = ctx->opposed;
     held->in_use = true;
@@ -66,6 +66,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.free_count = held->free_count;
     ctx->model.grid.slot_count = held->slot_count;
     springls__copy_held(ctx, (char *)held->memory.data, true);
+    ctx->model.grid.some_asleep = held->some_asleep;
     ctx->way = held->way;
     ctx->opposed = held->opposed;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
@@ -79,6 +80,7 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
+    springls__wake_all(ctx);
     status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
