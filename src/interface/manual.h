@@ -325,6 +325,18 @@
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
 
 
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+
+
    EVENTS
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
@@ -348,13 +360,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 

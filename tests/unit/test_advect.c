@@ -149,7 +149,8 @@ static void polynomial_wind(void *user, const float *points, int count, float ti
     }
 }
 
-/* Time is sampled at t, t + dt/2 twice, t + dt, so that a velocity cubic in time is integrated exactly. */
+/* Time is sampled at t, t + dt/2 twice, t + dt, so that a velocity cubic in time is integrated exactly; then at the end and the
+   middle of the path, for the error. */
 TEST time_is_sampled_where_it_should_be(void)
 {
     springls_params p = vertices_move(0);
@@ -160,11 +161,13 @@ TEST time_is_sampled_where_it_should_be(void)
     const double t = 0.25, u = 0.75;
     ASSERT_OK(springls_advect(ctx, &forces, 0.25f, 0.5f));
     after = fixture_particle(ctx, 0);
-    ASSERT_EQ(4, clock_of.calls);
+    ASSERT_EQ(6, clock_of.calls);
     ASSERT_EQ(0.25f, clock_of.times[0]);
     ASSERT_EQ(0.5f, clock_of.times[1]);
     ASSERT_EQ(0.5f, clock_of.times[2]);
     ASSERT_EQ(0.75f, clock_of.times[3]);
+    ASSERT_EQ(0.75f, clock_of.times[4]);
+    ASSERT_EQ(0.5f, clock_of.times[5]);
     ASSERT_IN_RANGE(0.5 * (u - t) - 0.5 * (u * u - t * t) + 2.0 / 3.0 * (u * u * u - t * t * t) + 0.75 * (u * u * u * u - t * t * t * t),
                     after.x - before.x, 3e-6);
     springls_destroy(ctx);
