@@ -51,6 +51,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
@@ -66,14 +67,15 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
+     >>cell_list            src/model/cell_list.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
-     >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
+     >>sleep                src/stages/sleep.h
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
@@ -118,6 +120,7 @@
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
      >>snapshot             src/output/snapshot.h
+     >>snapshot_format      src/output/snapshot_format.h
      >>views                src/output/views.h
      >>kernel_source        src/output/kernel_source.h
      >>remodel              src/tools/remodel.h
@@ -441,6 +444,17 @@
 
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
 
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+
    EVENTS
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
@@ -463,13 +477,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
@@ -1143,7 +1158,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -1198,6 +1214,9 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
+                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
+                                      moves. Both all zero: everywhere                                              */
 } springls_forces;
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
@@ -1316,12 +1335,13 @@ typedef enum springls_snapshot_kind {
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
-   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+   number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
+   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
-   After any failure the model is unchanged. */
+/* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -1591,7 +1611,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -1807,6 +1827,9 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1855,6 +1878,7 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__stir_arguments stir;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1887,7 +1911,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                                                                                                     \
+    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1937,6 +1961,7 @@ typedef union springls__arguments {
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(block_motions, struct springls__block_motion, 1)                                                                           \
+    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2921,6 +2946,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
+    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
@@ -3015,6 +3043,7 @@ typedef struct springls__grid {
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
+    int some_asleep;        /* 0: all bricks are awake                                               */
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -3195,7 +3224,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
 typedef struct springls__shape {
     int size[3], bricks[3];
@@ -3638,6 +3667,7 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
     g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
+    g->awake[slot] = 0;
     g->free_slots[place] = slot;
 }
 
@@ -3666,7 +3696,14 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
-/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+/* Wakes the brick of a slot: its springls count as having stirred. */
+SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
+{
+    g->calm[slot] = 0;
+    g->awake[slot] = g->near_awake[slot] = 1;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */
 SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 {
     const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -3677,6 +3714,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
         g->omega[v] = -1.0f;
     }
     springls__clear_cells(springls__cells_of(g, slot));
+    springls__wake_slot(g, slot);
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -4034,7 +4072,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
    with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
@@ -4111,14 +4149,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -4130,8 +4169,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -4245,16 +4285,24 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,
+                                          springls__v3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
     float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
-    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
+    float sum = path * springls__length(residual);
+    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
+    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4343,6 +4391,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -4363,6 +4412,12 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     if (rule->velocity.channels == 0) return out;
     springls__field_sample(&rule->velocity, model->force.velocity, x, v);
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
+}
+
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
 }
 
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
@@ -4389,6 +4444,30 @@ typedef struct springls__movers {
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by its displacements. */
+SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+{
+    float largest2 = 0.0f;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
+    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
+
+/* Returns whether forces act on a particle: it lies in their region. */
+SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+{
+    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+}
 
 /* Returns true when the displacements of all points are finite, and their squares too. */
 SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
@@ -4399,15 +4478,15 @@ SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
 }
 
 /* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. */
+   and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time)
+                                                     springls__movers at, float time, springls__v3 *flow)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
     slope.error = 0.0f;
-    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
@@ -4427,22 +4506,38 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
+/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
+   at the stages after the first; what pushes is taken to be as it was there. */
+SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
+                                                     const springls__v3 *flow)
+{
+    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
+    change = springls__sub(last, flow[2]);
+    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
+    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
+                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
+    return springls__mad(change, middle, 4.0f);
+}
+
 SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
                                                            springls__movers at)
 {
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
         k1.error = -1.0f;
         return k1;
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
-    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    return k1;
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
+    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
+    return d;
 }
 
 /* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
@@ -4458,7 +4553,7 @@ SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, con
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -4471,22 +4566,30 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
+        springls__displacement2(model)[i] = 0.0f;
+        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
+        return;
+    }
     d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
     springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
+    springls__is_moving(model)[i] = springls__how_far(d);
 }
 
-/* Moves springl i by its displacements. */
+/* Moves springl i by its displacements, if it moves at all. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = springls__displacement(model)[i];
-    springls__springl s = model->set.s[i];
+    springls__movers d;
+    springls__springl s;
     int m;
     (void)args;
+    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
+    d = springls__displacement(model)[i];
+    s = model->set.s[i];
     if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
@@ -4627,9 +4730,13 @@ typedef struct springls__motion {
     int tries;
     springls__force_rule rule;
     float affine_weight;
+    bool has_region;        /* forces act in a region alone                                                     */
+    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
     springls__movers *displacement;
+    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
     struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
@@ -4701,6 +4808,7 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
@@ -5390,7 +5498,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);
@@ -6085,9 +6193,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -7160,9 +7268,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -7178,11 +7286,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7212,16 +7317,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -8007,6 +8115,98 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
+/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
+   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
+
+/* Voxel: a springl whose points have moved by less does not stir. */
+#define SPRINGLS__REST 1e-3f
+
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
+
+/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
+SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
+{
+    return springls__imin(model->params.resample_period + 1, 255);
+}
+
+/* Wakes the brick of slot i, if it is not free. */
+SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
+}
+
+/* Counts a calm step of active brick i. */
+SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    (void)args;
+    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
+{
+    if (which == SPRINGLS__STIR_CONTRACTED) {
+        uint8_t action = springls__contract_action(model)[i];
+        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
+    }
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+}
+
+/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one brick: they write the same. */
+SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = args.stir.first + i;
+    if (!springls__stirs(model, n, args.stir.which)) return;
+    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
+    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const int limit = springls__calm_limit(model);
+    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+    }
+    g->awake[g->active[i]] = (uint8_t)awake;
+}
+
+/* Finds whether active brick i or one around it is awake. */
+SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !near_awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    }
+    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
@@ -9065,6 +9265,11 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
+    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
+    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
+    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
@@ -9799,6 +10004,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
+    ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
@@ -9957,7 +10163,16 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
         springls__clear_cells(springls__cells_of(g, slot));
+        springls__wake_slot(g, slot);
     }
+}
+
+/* Wakes all bricks: before springls or phi change anywhere but in a step, and where all of phi is made anew. */
+SPRINGLS__FN void springls__wake_all(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_wake, ctx->model.grid.slot_count, NULL);
+    ctx->model.grid.some_asleep = 0;
+    ctx->at_rest = false;
 }
 
 /* Makes all of a grid outside; keeps memory. */
@@ -9967,6 +10182,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
+    g->some_asleep = 0;
     springls__grid_constants(ctx, g);
 }
 
@@ -10119,10 +10335,13 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
 /* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
+    springls_status status;
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    status = springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                               writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0);
+    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
@@ -10130,6 +10349,100 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 {
     springls_context *owner = (springls_context *)ctx;
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
+}
+
+/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
+
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
+SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, n = 0, *missing, origin[3];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
+    }
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
+SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t n = (size_t)ctx->model.set.count;
+    uint32_t before = 0;
+    int i;
+    if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__cell_keys(ctx));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
+    ctx->cells_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
+SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
+    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
+    }
+    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
@@ -10311,8 +10624,9 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
+   point moves at all. */
+typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
 
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
@@ -10392,21 +10706,30 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
+    int i, count = batch->count;
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -10432,69 +10755,97 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
+/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
+SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
 {
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
+    if (!springls__all_finite_movers(d)) block->finite = 0;
+    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
+    block->moving += how_far == SPRINGLS__MOVED_FAR;
+    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
+}
+
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
     for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
     }
-    return block;
 }
 
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
         for (i = 0; i < count; i++) error[i] = -1.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
+    memset(block, 0, sizeof *block);
+    block->finite = block->still = 1;
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
+        springls__springl s = set->s[springls[i]];
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
         d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
+        d = springls__smoothed(g, &motion->rule, s, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[springls[i]] = d;
+        motion->how_far[springls[i]] = springls__how_far(d);
+        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
     }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -10503,8 +10854,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -10523,6 +10890,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
@@ -10540,17 +10908,51 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
 /* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->how_far = springls__is_moving(&ctx->model);
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__to_host(
+        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
+        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
+    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
@@ -10560,10 +10962,11 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
+    motion->still = true;
+    for (i = 0; i < springls__advect_blocks(motion); i++) {
         finite = finite && motion->blocks[i].finite;
+        motion->still = motion->still && motion->blocks[i].still;
         largest2 = springls__max(largest2, motion->blocks[i].largest2);
         motion->moving += motion->blocks[i].moving;
     }
@@ -10618,6 +11021,7 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
@@ -10630,9 +11034,19 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
     motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
+    motion->still = motion->moved == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
     if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
+}
+
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
 /* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
@@ -10640,9 +11054,13 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
     motion->blocks = NULL;
+    motion->listed = NULL;
+    motion->count = ctx->model.set.count;
+    motion->moved = 0.0f;
+    motion->moving = 0;
+    motion->still = true;
+    if (springls__has_no_force(motion)) return SPRINGLS_OK;
     if (ctx->on_device && springls__device_can_displace(motion)) {
         springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
@@ -10671,10 +11089,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+    if (!motion->still) {
+        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
@@ -10740,100 +11160,6 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
     }
-}
-
-/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
-   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
-   triangle does not widen every search. */
-
-/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
-SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing, origin[3];
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
-    missing = springls__missing_bricks(&ctx->model);
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
-    }
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
-SPRINGLS__FN void springls__count_cells(springls__model *model)
-{
-    springls__cell_list *cells = &model->cells;
-    int i;
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-    for (i = 0; i < model->set.count; i++) {
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-        springls__count_in_cell(model, i);
-    }
-}
-
-/* Builds the lists if springls have moved since they were built. */
-SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)ctx->model.set.count;
-    uint32_t before = 0;
-    int i;
-    if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_build(ctx);
-        ctx->cells_fresh = status == SPRINGLS_OK;
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    springls__count_cells(&ctx->model);
-    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
-    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    ctx->cells_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
-SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_cover_around(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
-                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
-    missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        int origin[3], at[3];
-        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
-        for (d = 0; d < 27 && around; d++)
-            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
-                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
-                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
-    }
-    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -11533,6 +11859,48 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
             if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
+/* ======== >>sleep  (src/stages/sleep.h) ======================================================================== */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+
+/* Returns true when bricks may sleep: phi moves by the springls alone. */
+SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
+}
+
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
+   several may write to one brick. */
+SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
+{
+    springls__arguments args;
+    int i;
+    args.stir.first = first;
+    args.stir.which = which;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
+    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Finds the bricks that are awake, after the springls have moved. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -11584,6 +11952,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
@@ -12661,6 +13030,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
     springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -12710,6 +13080,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
     springls__constellation_changed(ctx);
 }
 
@@ -12925,6 +13296,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     springls__attributes_after_split(ctx, count);
@@ -14132,12 +14504,29 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14243,6 +14632,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -14262,6 +14653,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
@@ -14453,6 +14845,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     SPRINGLS__TRY(springls__finish_step(ctx));
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
+    springls__wake_all(ctx);
     ctx->calls++;
     status = springls__run_to_completion(ctx, run);
     ctx->calls--;
@@ -14611,64 +15004,97 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
+/* Lists all members but the cookie, with their ranges. The order is of no account. */
+#define SPRINGLS__PARAMS(REAL, INTEGER)                                                                                          \
+    REAL(d_max, 0.05f, 4.0f)                                                                                                     \
+    REAL(particle_radius, 0.0f, 1.0f)                                                                                            \
+    REAL(neighbor_radius, 0.05f, 4.0f)                                                                                           \
+    INTEGER(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS)                                                                           \
+    INTEGER(relax_iterations, 0, 1000)                                                                                           \
+    INTEGER(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH)                                                       \
+    INTEGER(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR)                                                         \
+    INTEGER(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL)                                                        \
+    REAL(sharpness, 0.0f, 1000.0f)                                                                                               \
+    REAL(kappa_int, 0.0f, 100.0f)                                                                                                \
+    REAL(kappa_ext, 0.0f, 100.0f)                                                                                                \
+    REAL(relax_step_length, 0.0f, 1.0f)                                                                                          \
+    REAL(relax_step_rotation, 0.0f, 1.0f)                                                                                        \
+    REAL(contract_distance, 0.0f, 100.0f)                                                                                        \
+    REAL(min_angle, 0.0f, 60.0f)                                                                                                 \
+    REAL(max_angle, 60.0f, 180.0f)                                                                                               \
+    REAL(min_area, 0.0f, 10.0f)                                                                                                  \
+    REAL(merge_distance, 0.0f, 4.0f)                                                                                             \
+    INTEGER(keep_thin, 0, 1)                                                                                                     \
+    INTEGER(cover, 0, 1)                                                                                                         \
+    INTEGER(relax_same_side, 0, 1)                                                                                               \
+    INTEGER(reshape, 0, 1)                                                                                                       \
+    INTEGER(resample_last, 0, 1)                                                                                                 \
+    INTEGER(resample_period, 1, 1000000)                                                                                         \
+    REAL(split_edge, 0.1f, 1e6f)                                                                                                 \
+    REAL(split_area, 0.01f, 1e6f)                                                                                                \
+    INTEGER(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC)                                                    \
+    REAL(band_half_width, 2.0f, 6.0f)                                                                                            \
+    REAL(capture_range, 0.3f, 6.0f)                                                                                              \
+    INTEGER(evolve_iterations, 0, 1000)                                                                                          \
+    REAL(evolve_step, 0.0f, 1.0f)                                                                                                \
+    REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
+    REAL(curvature, -0.2f, 0.2f)                                                                                                 \
+    INTEGER(carry_level_set, 0, 1)                                                                                               \
+    INTEGER(project_level_set, 0, 1)                                                                                             \
+    INTEGER(nucleate, 0, 1)                                                                                                      \
+    INTEGER(keep_edges, 0, 1)                                                                                                    \
+    INTEGER(vertex_velocity, 0, 1)                                                                                               \
+    INTEGER(half_time_sampling, 0, 1)                                                                                            \
+    INTEGER(volume_lock, 0, 1)                                                                                                   \
+    INTEGER(split_input, 0, 1)                                                                                                   \
+    INTEGER(components, 0, 1)                                                                                                    \
+    INTEGER(project_initial, 0, 1)                                                                                               \
+    INTEGER(fill_from_springls, 0, 1)                                                                                            \
+    REAL(min_component, 0.0f, 16.0f)                                                                                             \
+    INTEGER(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED)                                                       \
+    INTEGER(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE)                                                          \
+    REAL(nearest_rule, 0.0f, 1e6f)                                                                                               \
+    INTEGER(track_iterations, 0, 1000)                                                                                           \
+    REAL(track_step, 0.0f, 1.0f)                                                                                                 \
+    INTEGER(initial_stride, 1, 4)
+
+/* Describes a member of the parameters: an enumeration counts as an integer. */
+typedef struct springls__param {
+    const char *name;
+    size_t offset;
+    bool real;
+    float low, high;
+} springls__param;
+
+#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
+#undef SPRINGLS__PARAM_REAL
+#undef SPRINGLS__PARAM_INTEGER
+#define SPRINGLS__PARAM_COUNT (sizeof springls__param_list / sizeof springls__param_list[0])
+
+/* Has no value when a member is missing from the list. */
+typedef char springls__all_params_are_listed[4 * (SPRINGLS__PARAM_COUNT + 1) == sizeof(springls_params) ? 1 : -1];
+
+/* Returns whether a member is in its range. Enumerations are read as integers, whatever value they have. */
+SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls__param *member)
+{
+    const char *at = (const char *)p + member->offset;
+    int32_t integer;
+    float real;
+    memcpy(&integer, at, sizeof integer);
+    memcpy(&real, at, sizeof real);
+    if (member->real) return real >= member->low && real <= member->high;
+    return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
+}
+
 /* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
-#define SPRINGLS__IN(member, low, high) \
-    if (!(p->member >= (low) && p->member <= (high))) return #member
+    size_t i;
     if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
-    SPRINGLS__IN(d_max, 0.05f, 4.0f);
-    SPRINGLS__IN(particle_radius, 0.0f, 1.0f);
-    SPRINGLS__IN(neighbor_radius, 0.05f, 4.0f);
-    SPRINGLS__IN(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS);
-    SPRINGLS__IN(relax_iterations, 0, 1000);
-    SPRINGLS__IN(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH);
-    SPRINGLS__IN(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR);
-    SPRINGLS__IN(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL);
-    SPRINGLS__IN(sharpness, 0.0f, 1000.0f);
-    SPRINGLS__IN(kappa_int, 0.0f, 100.0f);
-    SPRINGLS__IN(kappa_ext, 0.0f, 100.0f);
-    SPRINGLS__IN(relax_step_length, 0.0f, 1.0f);
-    SPRINGLS__IN(relax_step_rotation, 0.0f, 1.0f);
-    SPRINGLS__IN(contract_distance, 0.0f, 100.0f);
-    SPRINGLS__IN(min_angle, 0.0f, 60.0f);
-    SPRINGLS__IN(max_angle, 60.0f, 180.0f);
-    SPRINGLS__IN(min_area, 0.0f, 10.0f);
-    SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
-    SPRINGLS__IN(keep_thin, 0, 1);
-    SPRINGLS__IN(cover, 0, 1);
-    SPRINGLS__IN(relax_same_side, 0, 1);
-    SPRINGLS__IN(reshape, 0, 1);
-    SPRINGLS__IN(resample_last, 0, 1);
-    SPRINGLS__IN(resample_period, 1, 1000000);
-    SPRINGLS__IN(split_edge, 0.1f, 1e6f);
-    SPRINGLS__IN(split_area, 0.01f, 1e6f);
-    SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
-    SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
-    SPRINGLS__IN(evolve_iterations, 0, 1000);
-    SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
-    SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
-    SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(carry_level_set, 0, 1);
-    SPRINGLS__IN(project_level_set, 0, 1);
-    SPRINGLS__IN(nucleate, 0, 1);
-    SPRINGLS__IN(keep_edges, 0, 1);
-    SPRINGLS__IN(vertex_velocity, 0, 1);
-    SPRINGLS__IN(half_time_sampling, 0, 1);
-    SPRINGLS__IN(volume_lock, 0, 1);
-    SPRINGLS__IN(split_input, 0, 1);
-    SPRINGLS__IN(components, 0, 1);
-    SPRINGLS__IN(project_initial, 0, 1);
-    SPRINGLS__IN(fill_from_springls, 0, 1);
-    SPRINGLS__IN(min_component, 0.0f, 16.0f);
-    SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
-    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
-    SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
-    SPRINGLS__IN(track_iterations, 0, 1000);
-    SPRINGLS__IN(track_step, 0.0f, 1.0f);
-    SPRINGLS__IN(initial_stride, 1, 4);
-#undef SPRINGLS__IN
+    for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
 
@@ -14799,6 +15225,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -16757,6 +17184,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     springls__use_device(ctx);
     ctx->calls++;
     status = springls__write(ctx, first, count, vertices, particles);
+    if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
     if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
     return springls__report_device_failure(ctx, status);
@@ -19343,22 +19771,202 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     return hash;
 }
 
-/* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
-   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
-   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
+/* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
+/* snapshot_format.h - the bytes of a snapshot (docs/snapshot-format.md): a head, then sections with a tag each. Numbers are
+   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by field. */
 
-/* Bytes of an event without the pointers to its parts. */
-#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
+enum { SPRINGLS__SNAPSHOT_VERSION = 1 };
 
-typedef struct springls__snapshot_head {
-    char magic[8];
-    uint32_t version, byte_order;
-    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
-} springls__snapshot_head;
+/* Bytes of a head, a section's head, a named number, and of the records below. */
+enum {
+    SPRINGLS__HEAD_BYTES = 32,
+    SPRINGLS__SECTION_HEAD_BYTES = 16,
+    SPRINGLS__NAME_BYTES = 24,
+    SPRINGLS__NAMED_BYTES = SPRINGLS__NAME_BYTES + 8,
+    SPRINGLS__GRID_BYTES = 16 + 12 * 8,
+    SPRINGLS__SPRINGL_BYTES = 12 * 4,
+    SPRINGLS__ATTRIBUTE_BYTES = SPRINGLS_MAX_NAME_LENGTH + 1 + 4 * 4,
+    SPRINGLS__PART_BYTES = 40,
+    SPRINGLS__COMPONENT_BYTES = SPRINGLS__PART_BYTES + 24,
+    SPRINGLS__EVENT_BYTES = 40
+};
 
-static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
+static const char springls__snapshot_magic[8] = { 's', 'p', 'r', 'i', 'n', 'g', 'l', 's' };
+
+/* ---- bytes of numbers ---- */
+
+SPRINGLS__FN bool springls__little_endian(void)
+{
+    const uint32_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+/* Copies numbers of `width` bytes from memory into a block, or back. */
+SPRINGLS__FN void springls__copy_numbers(void *to, const void *from, size_t count, size_t width)
+{
+    size_t i, k;
+    if (count == 0) return;
+    if (width == 1 || springls__little_endian()) {
+        memcpy(to, from, count * width);
+        return;
+    }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < width; k++) ((char *)to)[i * width + k] = ((const char *)from)[(i + 1) * width - 1 - k];
+}
+
+/* Returns 32-bit number i of a block's section, which need not be aligned. */
+SPRINGLS__FN int32_t springls__int_at(const char *data, size_t i)
+{
+    int32_t value;
+    springls__copy_numbers(&value, data + i * sizeof value, 1, sizeof value);
+    return value;
+}
+
+/* Returns up to 8 bytes as one word: of a block, or (numbers) of 32-bit numbers in memory as a block has them. */
+SPRINGLS__FN uint64_t springls__word_of(const char *data, size_t bytes, bool numbers)
+{
+    char word[8] = { 0, 0, 0, 0, 0, 0, 0, 0 };
+    uint64_t value;
+    if (numbers) springls__copy_numbers(word, data, bytes / 4, 4);
+    else memcpy(word, data, bytes);
+    springls__copy_numbers(&value, word, 1, sizeof value);
+    return value;
+}
+
+/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes, bool numbers)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4];
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            chain[k] = (chain[k] ^ springls__word_of(p + i + 8 * k, 8, numbers)) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++)
+        chain[k] = (chain[k] ^ springls__word_of(p + i, bytes - i < 8 ? bytes - i : 8, numbers)) * prime;
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- records ---- */
+
+/* Writes a block, or reads it: `in` is NULL or `out` is. bad: what has been read cannot be. */
+typedef struct springls__coder { char *out; const char *in; bool bad; } springls__coder;
+
+SPRINGLS__FN springls__coder springls__writer(char *out)
+{
+    springls__coder c;
+    c.out = out;
+    c.in = NULL;
+    c.bad = false;
+    return c;
+}
+
+SPRINGLS__FN springls__coder springls__reader(const char *in)
+{
+    springls__coder c;
+    c.out = NULL;
+    c.in = in;
+    c.bad = false;
+    return c;
+}
+
+/* Copies numbers of `width` bytes from memory into the block, or from the block into memory. */
+SPRINGLS__FN void springls__code(springls__coder *c, void *numbers, size_t count, size_t width)
+{
+    if (c->in) {
+        springls__copy_numbers(numbers, c->in, count, width);
+        c->in += count * width;
+    } else {
+        springls__copy_numbers(c->out, numbers, count, width);
+        c->out += count * width;
+    }
+}
+
+#define SPRINGLS__CODE(coder, number) springls__code(coder, &(number), 1, sizeof(number))
+
+/* Codes an integer that lies in 0 .. last. */
+SPRINGLS__FN void springls__code_choice(springls__coder *c, int32_t *value, int32_t last)
+{
+    SPRINGLS__CODE(c, *value);
+    if (*value >= 0 && *value <= last) return;
+    c->bad = true;
+    *value = 0;
+}
+
+SPRINGLS__FN void springls__code_bool(springls__coder *c, bool *value)
+{
+    int32_t number = c->in ? 0 : *value;
+    springls__code_choice(c, &number, 1);
+    *value = number == 1;
+}
+
+SPRINGLS__FN void springls__code_zeros(springls__coder *c, size_t bytes)
+{
+    if (c->in) {
+        c->in += bytes;
+    } else {
+        memset(c->out, 0, bytes);
+        c->out += bytes;
+    }
+}
+
+/* SPRINGLS__PART_BYTES. */
+SPRINGLS__FN void springls__code_part(springls__coder *c, springls_component *part)
+{
+    SPRINGLS__CODE(c, part->id);
+    springls__code_bool(c, &part->cavity);
+    SPRINGLS__CODE(c, part->volume);
+    SPRINGLS__CODE(c, part->area);
+    springls__code(c, part->center, 3, sizeof(float));
+    SPRINGLS__CODE(c, part->correction);
+}
+
+/* SPRINGLS__COMPONENT_BYTES. */
+SPRINGLS__FN void springls__code_component(springls__coder *c, springls__component *component)
+{
+    springls__code_part(c, &component->view);
+    SPRINGLS__CODE(c, component->target);
+    springls__code(c, component->deepest, 3, sizeof(int32_t));
+    springls__code_zeros(c, 4);
+}
+
+/* SPRINGLS__EVENT_BYTES; the parts are apart. */
+SPRINGLS__FN void springls__code_event(springls__coder *c, springls_event *event)
+{
+    int32_t kind = c->in ? 0 : (int32_t)event->kind;
+    SPRINGLS__CODE(c, event->time);
+    springls__code(c, event->place, 3, sizeof(float));
+    SPRINGLS__CODE(c, event->step);
+    springls__code_choice(c, &kind, (int32_t)SPRINGLS_EVENT_KIND_DEATH);
+    event->kind = (springls_event_kind)kind;
+    springls__code_bool(c, &event->cavity);
+    SPRINGLS__CODE(c, event->before_count);
+    SPRINGLS__CODE(c, event->after_count);
+}
+
+/* SPRINGLS__SPRINGL_BYTES: triangle and particle; the other members follow from these. */
+SPRINGLS__FN void springls__code_springl(springls__coder *c, springls__springl *s)
+{
+    springls__code(c, s, 12, sizeof(float));
+    if (c->in) *s = springls__springl_finished(*s);
+}
+
+/* SPRINGLS__GRID_BYTES: size, width of a brick, place in the world. */
+SPRINGLS__FN void springls__code_grid(springls__coder *c, int32_t *size, double *to_world)
+{
+    int32_t brick = SPRINGLS__BRICK;
+    springls__code(c, size, 3, sizeof(int32_t));
+    SPRINGLS__CODE(c, brick);
+    springls__code(c, to_world, 12, sizeof(double));
+    if (brick != SPRINGLS__BRICK) c->bad = true;
+}
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -19366,29 +19974,115 @@ typedef struct springls__attribute_entry {
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
-/* Holds the numbers of a model and the sizes of its arrays. */
+/* SPRINGLS__ATTRIBUTE_BYTES; the values follow. */
+SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribute_entry *entry)
+{
+    const int32_t last = (int32_t)SPRINGLS_POLICY_SHARE;
+    springls__code(c, entry->name, sizeof entry->name, 1);
+    SPRINGLS__CODE(c, entry->channels);
+    springls__code_choice(c, &entry->split, last);
+    springls__code_choice(c, &entry->fill, last);
+    springls__code_choice(c, &entry->merge, last);
+}
+
+/* ---- named numbers: a reader finds them by name, and those that a block does not have are 0 ---- */
+
+/* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
+#define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
+    X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_age) X(int32_t, bricks) X(int32_t, attributes)                \
+    X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, components_found) X(int32_t, components_fresh)  \
+    X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
+    X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
+    X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share)
+
+/* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
-    double to_world[12], time;
-    uint64_t reference_stamp;
-    springls_stats stats;
+#define SPRINGLS__NUMBER_MEMBER(type, name) type name;
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
     springls_params params;
-    int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
-    int32_t components, events, event_parts;
-    uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_contact_body;
-    int32_t reference_bricks, original, given, has_source;
-    int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
 } springls__snapshot_state;
 
-/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
+/* Describes a named number in a struct. */
+typedef struct springls__named { const char *name; size_t offset, bytes; } springls__named;
+
+static const springls__named springls__snapshot_numbers[] = {
+#define SPRINGLS__NUMBER_ROW(type, name) { #name, offsetof(springls__snapshot_state, name), sizeof(type) },
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW)
+#undef SPRINGLS__NUMBER_ROW
+};
+static const springls__named springls__snapshot_params[] = {
+#define SPRINGLS__PARAM_ROW(name, low, high) { #name, offsetof(springls_params, name), 4 },
+    SPRINGLS__PARAMS(SPRINGLS__PARAM_ROW, SPRINGLS__PARAM_ROW)
+#undef SPRINGLS__PARAM_ROW
+};
+enum {
+    SPRINGLS__NUMBERS = sizeof springls__snapshot_numbers / sizeof springls__snapshot_numbers[0],
+    SPRINGLS__PARAMS_NAMED = sizeof springls__snapshot_params / sizeof springls__snapshot_params[0]
+};
+
+SPRINGLS__FN void springls__put_named(springls__coder *c, const springls__named *list, size_t count, const void *from)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        const char *number = (const char *)from + list[i].offset;
+        memset(c->out, 0, SPRINGLS__NAMED_BYTES);
+        memcpy(c->out, list[i].name, strlen(list[i].name));
+        springls__copy_numbers(c->out + SPRINGLS__NAME_BYTES, number, 1, list[i].bytes);
+        c->out += SPRINGLS__NAMED_BYTES;
+    }
+}
+
+/* Returns the number of that name; NULL: there is none. name: SPRINGLS__NAME_BYTES, zeros at the end. */
+SPRINGLS__FN const springls__named *springls__find_named(const springls__named *list, size_t count, const char *name)
+{
+    size_t i;
+    if (name[SPRINGLS__NAME_BYTES - 1] != 0) return NULL;
+    for (i = 0; i < count; i++)
+        if (strcmp(list[i].name, name) == 0) return &list[i];
+    return NULL;
+}
+
+/* Refuses a block for something whose name this version does not have. */
+SPRINGLS__FN springls_status springls__unknown(springls_context *ctx, const char *what, const char *name, size_t length)
+{
+    char text[SPRINGLS__NAME_BYTES];
+    size_t i;
+    for (i = 0; i < length && name[i]; i++) text[i] = name[i] >= ' ' && name[i] <= '~' ? name[i] : '?';
+    text[i] = 0;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block has a %s '%s', of a newer version", what, text);
+}
+
+/* Reads a section of named numbers into `to`; fails when one has an unknown name. */
+SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count, const char *data,
+                                                 uint64_t bytes, void *to)
+{
+    uint64_t i;
+    for (i = 0; i < bytes / SPRINGLS__NAMED_BYTES; i++) {
+        const char *entry = data + i * SPRINGLS__NAMED_BYTES;
+        const springls__named *number = springls__find_named(list, count, entry);
+        if (!number) return springls__unknown(ctx, "number", entry, SPRINGLS__NAME_BYTES - 1);
+        springls__copy_numbers((char *)to + number->offset, entry + SPRINGLS__NAME_BYTES, 1, number->bytes);
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- sections ---- */
+
+/* Lists the sections in the order in which they are written. */
 typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
+    SPRINGLS__SECTION_NUMBERS,
+    SPRINGLS__SECTION_PARAMS,
+    SPRINGLS__SECTION_GRID,
+    SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -19401,71 +20095,133 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
-typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none, its
+   numbers are 0. */
+typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+
+#define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
+
+/* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
+static const springls__section_info springls__section_list[] = {
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+};
+enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
+
+/* Has no value when a section has no row. */
+typedef char springls__all_sections_have_tags[(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
+
+/* A reader may skip a section with this flag that it does not know. */
+enum { SPRINGLS__SECTION_OPTIONAL = 1 };
+
+/* Returns the attribute of a section; -1: it is no attribute's. */
+SPRINGLS__FN int springls__attribute_of(int section)
+{
+    int a = section - SPRINGLS__SECTION_VALUES;
+    return a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES ? a : -1;
+}
+
+SPRINGLS__FN const springls__section_info *springls__section_of(int section)
+{
+    int row;
+    if (springls__attribute_of(section) >= 0) section = SPRINGLS__SECTION_VALUES;
+    for (row = 0; springls__section_list[row].section != section; row++) continue;
+    return &springls__section_list[row];
+}
+
+/* Holds where a block has the data of each section, and how many bytes; at 0: it does not have it. */
+typedef struct springls__layout {
+    uint64_t at[SPRINGLS__SECTIONS], bytes[SPRINGLS__SECTIONS], size;
+    uint32_t count;
+} springls__layout;
 
 SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
 
-/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
+/* Returns the bytes that a section has without padding; 0 when the snapshot has none. */
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
-    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float), count = (uint64_t)s->springls;
     const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
-    int a = section - SPRINGLS__SECTION_VALUES;
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
-        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    int a = springls__attribute_of(section);
+    if (a >= 0)
+        return a < s->attributes ? SPRINGLS__ATTRIBUTE_BYTES + count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    if (section == SPRINGLS__SECTION_OF(S)) return count * SPRINGLS__SPRINGL_BYTES;
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return count * springls__element_size((springls__array)(section - SPRINGLS__SECTION_SET));
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_PARAMS: return (uint64_t)SPRINGLS__PARAMS_NAMED * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
+    case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
-    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
-    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
-    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
-    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
-    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
     }
 }
 
+SPRINGLS__FN uint64_t springls__padded(uint64_t bytes) { return (bytes + 7) / 8 * 8; }
+
+/* Places the sections of a block; empty ones are left out. */
 SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
 {
     springls__layout layout;
-    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
     int section;
+    memset(&layout, 0, sizeof layout);
+    layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
-        layout.at[section] = at;
-        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+        uint64_t bytes = springls__section_bytes(g, s, section);
+        if (!bytes) continue;
+        layout.count++;
+        layout.bytes[section] = bytes;
+        layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;
+        layout.size = layout.at[section] + springls__padded(bytes);
     }
-    layout.at[SPRINGLS__SECTIONS] = at;
     return layout;
 }
 
-/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
-SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
-{
-    const uint64_t prime = 1099511628211u;
-    const char *p = (const char *)data;
-    uint64_t chain[4], word;
-    size_t i, k;
-    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
-    for (i = 0; i + 32 <= bytes; i += 32)
-        for (k = 0; k < 4; k++) {
-            memcpy(&word, p + i + 8 * k, 8);
-            chain[k] = (chain[k] ^ word) * prime;
-            chain[k] ^= chain[k] >> 29;
-        }
-    for (k = 0; i < bytes; i += 8, k++) {
-        word = 0;
-        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
-        chain[k] = (chain[k] ^ word) * prime;
-    }
-    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
-    return chain[0];
-}
+/* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes (snapshot_format.h). What can be
+   computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots.
+   springls_restore checks everything and allocates all memory before the model changes. */
 
 /* ---- writing ---- */
 
@@ -19483,40 +20239,65 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
     const springls__surface *original = &ctx->original;
-    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value, true);
     int i, bricks = (int)springls__brick_count(g);
     if (ctx->reference_stamp) return ctx->reference_stamp;
     for (i = 0; i < bricks; i++) {
         int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
         if (side == SPRINGLS__OUTSIDE) continue;
-        stamp = springls__checksum(stamp, &i, sizeof i);
-        stamp = springls__checksum(stamp, &side, sizeof side);
+        stamp = springls__checksum(stamp, &i, sizeof i, true);
+        stamp = springls__checksum(stamp, &side, sizeof side, true);
         if (side >= SPRINGLS__FIRST_SLOT)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
-                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float), true);
     }
-    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
-    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3), true);
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int), true);
     return ctx->reference_stamp = stamp | 1u;
 }
 
-/* Fills the struct of numbers from the model. */
-SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+/* Describes the attributes of the model. */
+SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, springls__snapshot_state *s)
 {
     int i;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(entry->name, attribute->name, strlen(attribute->name));
+        entry->channels = attribute->channels;
+        entry->split = (int32_t)attribute->split;
+        entry->fill = (int32_t)attribute->fill;
+        entry->merge = (int32_t)attribute->merge;
+    }
+}
+
+/* Fills the statistics, but for times: they are no part of a state. */
+SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
+{
+    s->steps = stats->steps;
+    s->added = stats->added;
+    s->split = stats->split;
+    s->removed = stats->removed;
+    s->reshaped = stats->reshaped;
+    s->refused = stats->refused;
+    s->volume_correction = stats->volume_correction;
+    s->largest_displacement = stats->largest_displacement;
+    s->moving_share = stats->moving_share;
+}
+
+/* Fills the numbers from the model. */
+SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
     memset(s, 0, sizeof *s);
-    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
-    s->time = ctx->time;
-    s->reference_stamp = springls__reference_stamp(ctx);
-    s->stats = ctx->stats;
-    s->params = ctx->model.params;
-    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
     s->kind = (int32_t)kind;
+    s->time = ctx->time;
+    s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
+    s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->count = ctx->model.set.count;
+    s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
-    s->neighbors_age = ctx->neighbors_age;
-    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
     s->bricks = ctx->model.grid.active_count;
     s->components = ctx->component_count;
     s->events = ctx->event_count;
@@ -19532,102 +20313,127 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
-    s->attributes = ctx->attribute_count;
-    for (i = 0; i < s->attributes; i++) {
-        const springls__attribute *attribute = &ctx->attributes[i];
-        springls__attribute_entry *row = &s->attribute[i];
-        memcpy(row->name, attribute->name, strlen(attribute->name));
-        row->channels = attribute->channels;
-        row->split = (int32_t)attribute->split;
-        row->fill = (int32_t)attribute->fill;
-        row->merge = (int32_t)attribute->merge;
-    }
-}
-
-SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
-{
-    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+    springls__snapshot_stats(&ctx->stats, s);
+    springls__snapshot_attributes(ctx, s);
 }
 
 /* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
-    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides];
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
         if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        memcpy(numbers, &i, sizeof i);
-        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
-        numbers += sizeof i;
-        values += brick;
+        SPRINGLS__CODE(&numbers, i);
+        springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
     }
 }
 
-/* Writes the reference level set and the original surface. */
-SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
-                                          const springls__layout *layout, char *out)
+/* Writes a section of records, or an attribute. */
+SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    int32_t size[3];
+    int i, a = springls__attribute_of(section);
+    if (a >= 0) {
+        springls__attribute_entry entry = s->attribute[a];
+        springls__code_attribute(c, &entry);
+        springls__code(c, ctx->attributes[a].values.data, (size_t)s->springls * (size_t)entry.channels, sizeof(float));
+        return;
+    }
+    switch (section) {
+    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS, s); break;
+    case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
+    case SPRINGLS__SECTION_GRID:
+        for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
+        springls__code_grid(c, size, ctx->to_world);
+        break;
+    case SPRINGLS__SECTION_OF(S):
+        for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_CALM:
+        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
+        break;
+    case SPRINGLS__SECTION_COMPONENTS:
+        for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENTS:
+        for (i = 0; i < s->events; i++) springls__code_event(c, (springls_event *)ctx->event_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENT_PARTS:
+        for (i = 0; i < s->event_parts; i++) springls__code_part(c, (springls_component *)ctx->event_part_memory.data + i);
+        break;
+    default: break;
+    }
 }
 
-/* Writes the events. */
-SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+/* Returns the array of a section that holds an array of numbers as it is. */
+SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
 {
-    const springls_event *event = (const springls_event *)ctx->event_memory.data;
-    int i;
-    out += layout->at[SPRINGLS__SECTION_EVENTS];
-    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return ctx->memory[section - SPRINGLS__SECTION_SET].data;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return ctx->model.cells.neighbors;
+    case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
+    case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
+    default: return NULL; /* of a grid */
+    }
+}
+
+/* Writes a section's data at out + layout->at[section], but for grids. */
+SPRINGLS__FN void springls__put_section(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                        int section, char *out)
+{
+    springls__coder c = springls__writer(out + layout->at[section]);
+    size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (width == 0) springls__put_records(ctx, s, section, &c);
+    else if (memory) springls__code(&c, memory, (size_t)layout->bytes[section] / width, width);
+}
+
+/* Writes the head of a section, and zeros behind its data. */
+SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int section, char *out)
+{
+    const uint64_t end = layout->at[section] + layout->bytes[section];
+    springls__coder c = springls__writer(out + layout->at[section] - SPRINGLS__SECTION_HEAD_BYTES);
+    uint64_t bytes = layout->bytes[section];
+    char tag[4];
+    memcpy(tag, springls__section_of(section)->tag, sizeof tag);
+    springls__code(&c, tag, sizeof tag, 1);
+    springls__code_zeros(&c, 4); /* flags */
+    SPRINGLS__CODE(&c, bytes);
+    memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
 /* Writes the head of a block that is complete but for it. */
-SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 {
-    springls__snapshot_head head;
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.byte_order = SPRINGLS__BYTE_ORDER;
-    head.size = size;
-    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
+    uint32_t version = SPRINGLS__SNAPSHOT_VERSION, count = layout->count;
+    uint64_t size = layout->size;
+    uint64_t checksum = springls__checksum(size, out + SPRINGLS__HEAD_BYTES, (size_t)(size - SPRINGLS__HEAD_BYTES), false);
+    memcpy(out, springls__snapshot_magic, sizeof springls__snapshot_magic);
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, count);
+    SPRINGLS__CODE(&c, size);
+    SPRINGLS__CODE(&c, checksum);
 }
 
-/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
-                                           const springls__layout *layout, char *out)
+/* Writes the block, layout->size bytes. */
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                           char *out)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const size_t head = sizeof(springls__snapshot_head);
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
-        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
-        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        if (!layout->at[section]) continue;
+        springls__put_section_head(layout, section, out);
+        springls__put_section(ctx, s, layout, section, out);
     }
-    memset(out + head, 0, (size_t)(layout->at[0] - head));
-    memcpy(out + head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
-    springls__put_events(ctx, layout, out);
-    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
-    for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
-    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put_head(out, layout);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -19637,14 +20443,15 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
+    if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    springls__snapshot_numbers(ctx, kind, &state);
+    springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
-    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
-    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    *size = (size_t)layout.size;
+    if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
@@ -19655,23 +20462,13 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
 
 /* ---- checking ---- */
 
-/* Returns element i of a section, which need not be aligned. */
-SPRINGLS__FN int springls__int_at(const char *data, size_t i)
-{
-    int value;
-    memcpy(&value, data + i * sizeof value, sizeof value);
-    return value;
-}
-
 /* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
-    uint32_t bits, bad = 0;
-    for (i = 0; i + 4 <= bytes; i += 4) {
-        memcpy(&bits, data + i, 4);
-        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
-    }
+    uint32_t bad = 0;
+    for (i = 0; i < bytes / 4; i++)
+        bad |= (uint32_t)(((uint32_t)springls__int_at(data, (size_t)i) & 0x7f800000u) == 0x7f800000u);
     return !bad;
 }
 
@@ -19680,7 +20477,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
 {
     uint64_t i;
     bool good = true;
-    for (i = 0; i < bytes / sizeof(int); i++) {
+    for (i = 0; i < bytes / 4; i++) {
         int value = springls__int_at(data, (size_t)i);
         good = good && value >= low && value <= high;
     }
@@ -19717,23 +20514,30 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
-        && springls__policy_known((springls_policy)a->merge);
+    return true;
 }
+
+SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
+
+SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
 /* Returns whether each number alone, and those that depend on each other, can be those of a model. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
-    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
+    if (!springls__all_finite((const char *)&s->volume_correction, 4)
+        || !springls__all_finite((const char *)&s->largest_displacement, 4)
+        || !springls__all_finite((const char *)&s->moving_share, 4)) return false;
+    return (uint32_t)s->springls <= s->next_id && s->step <= 0x3fffffffu;
 }
 
 /* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
@@ -19741,9 +20545,6 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
-        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
-        return "of another grid";
     if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
@@ -19757,7 +20558,7 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION)
                                  | SPRINGLS__BIT(ERROR);
-    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(OVERLAPPED);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
     return true;
@@ -19766,15 +20567,16 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 /* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
 SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    springls__component c;
+    springls__coder c = springls__reader(data);
+    springls__component component;
     uint32_t before = 0;
     int i;
     for (i = 0; i < s->components; i++) {
-        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
-        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.view.id;
+        springls__code_component(&c, &component);
+        if (c.bad || component.view.id <= before || component.view.id > s->last_component_id) return false;
+        if (!springls__finite_double(component.target) || !springls__finite_double(component.view.volume)) return false;
+        if (!springls__grid_contains(g, component.deepest[0], component.deepest[1], component.deepest[2])) return false;
+        before = component.view.id;
     }
     return true;
 }
@@ -19782,15 +20584,26 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
 /* Returns whether the events have as many parts as there are. */
 SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
 {
+    springls__coder c = springls__reader(data);
     springls_event event;
     int64_t parts = 0;
     int i;
     for (i = 0; i < s->events; i++) {
-        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-        if (event.before_count < 0 || event.after_count < 0) return false;
+        springls__code_event(&c, &event);
+        if (c.bad || event.before_count < 0 || event.after_count < 0) return false;
         parts += (int64_t)event.before_count + event.after_count;
     }
     return parts == s->event_parts;
+}
+
+/* Returns whether the parts of events can be loaded; nothing depends on their numbers. */
+SPRINGLS__FN bool springls__event_parts_good(const springls__snapshot_state *s, const char *data)
+{
+    springls__coder c = springls__reader(data);
+    springls_component part;
+    int i;
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&c, &part);
+    return !c.bad;
 }
 
 /* Returns whether a section has valid elements. */
@@ -19798,66 +20611,160 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
                                          const springls__layout *layout, const char *block, int section)
 {
     const char *data = block + layout->at[section];
-    const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
-    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+    const uint64_t bytes = layout->bytes[section];
+    if (springls__attribute_of(section) >= 0)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return springls__springl_array_good(section - SPRINGLS__SECTION_SET, data, bytes);
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_NUMBERS:
+    case SPRINGLS__SECTION_PARAMS:
+    case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return !bytes
-            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
-    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
+    case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
     }
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether the block has the sections that its numbers promise, and these have valid elements. */
+SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     int section;
-    for (section = 0; section < SPRINGLS__SECTIONS; section++)
-        if (!springls__section_good(g, s, layout, block, section)) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
+        const uint64_t bytes = springls__section_bytes(g, s, section);
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (layout->bytes[section] != bytes) return false;
+    }
+    if (s->events == 0 && s->event_parts > 0) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
+        if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
 }
 
-/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
-SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+/* Returns why a block cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, uint32_t *sections)
 {
-    springls__snapshot_head head;
-    memcpy(&head, block, sizeof head);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
-    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
-        return "of another version or machine";
-    if (head.size != size) return "not as long as it says";
-    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
+    uint32_t version;
+    uint64_t bytes, checksum;
+    if (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, *sections);
+    SPRINGLS__CODE(&c, bytes);
+    SPRINGLS__CODE(&c, checksum);
+    if (version != SPRINGLS__SNAPSHOT_VERSION) return "of another version of the format";
+    if (bytes != size) return "not as long as it says";
+    if (checksum != springls__checksum(bytes, block + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false)) return "damaged";
     return NULL;
+}
+
+/* Returns the section of a tag, for an attribute the first that has no place yet; -1: none. */
+SPRINGLS__FN int springls__section_of_tag(const springls__layout *layout, const char *tag)
+{
+    int row, section;
+    for (row = 0; row < SPRINGLS__SECTION_ROWS; row++)
+        if (memcmp(springls__section_list[row].tag, tag, 4) == 0) break;
+    if (row == SPRINGLS__SECTION_ROWS) return -1;
+    section = springls__section_list[row].section;
+    while (springls__attribute_of(section) >= 0 && layout->at[section]) section++;
+    return section;
+}
+
+/* Finds the sections of a block. Those that are unknown and optional are skipped. */
+SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, const char *block, size_t size, uint32_t count,
+                                                     springls__layout *layout)
+{
+    const char *const damaged = "restore: the block is damaged";
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
+    uint32_t i, flags;
+    memset(layout, 0, sizeof *layout);
+    for (i = 0; i < count; i++) {
+        springls__coder c;
+        int section;
+        if (size - at < SPRINGLS__SECTION_HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        c = springls__reader(block + at + 4);
+        SPRINGLS__CODE(&c, flags);
+        SPRINGLS__CODE(&c, bytes);
+        section = springls__section_of_tag(layout, block + at);
+        if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
+            return springls__unknown(ctx, "section", block + at, 4);
+        at += SPRINGLS__SECTION_HEAD_BYTES;
+        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (section >= 0) {
+            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            layout->at[section] = at;
+            layout->bytes[section] = bytes;
+        }
+        at += springls__padded(bytes);
+    }
+    return at == size ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+}
+
+/* Reads the heads of the attributes. */
+SPRINGLS__FN bool springls__entries_read(const springls__layout *layout, const char *block, springls__snapshot_state *s)
+{
+    int i;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return false;
+    for (i = 0; i < s->attributes; i++) {
+        const int section = SPRINGLS__SECTION_VALUES + i;
+        springls__coder c = springls__reader(block + layout->at[section]);
+        if (!layout->at[section] || layout->bytes[section] < SPRINGLS__ATTRIBUTE_BYTES) return false;
+        springls__code_attribute(&c, &s->attribute[i]);
+        if (c.bad) return false;
+    }
+    return true;
+}
+
+/* Reads the numbers of a block, and checks them. */
+SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *ctx, const char *block,
+                                                             const springls__layout *layout, springls__snapshot_state *s)
+{
+    const uint64_t *at = layout->at, *bytes = layout->bytes;
+    springls__coder c = springls__reader(block + at[SPRINGLS__SECTION_GRID]);
+    const char *fault;
+    int32_t size[3];
+    double to_world[12];
+    memset(s, 0, sizeof *s);
+    s->params = springls_default_params();
+    if (bytes[SPRINGLS__SECTION_GRID] != SPRINGLS__GRID_BYTES || bytes[SPRINGLS__SECTION_NUMBERS] % SPRINGLS__NAMED_BYTES
+        || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
+    springls__code_grid(&c, size, to_world);
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->to_world, sizeof to_world) != 0)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
+                                      bytes[SPRINGLS__SECTION_NUMBERS], s));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
+                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
 /* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    const springls__grid *g = &ctx->model.grid;
     const char *fault;
-    if (size < sizeof(springls__snapshot_head) + sizeof *s)
-        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
-    fault = springls__head_fault(block, size);
-    if (!fault) fault = springls__numbers_fault(ctx, s);
-    if (!fault) {
-        *layout = springls__layout_of(g, s);
-        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
-    }
-    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+    uint32_t sections = 0;
+    if (size < SPRINGLS__HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    fault = springls__head_fault(block, size, &sections);
+    if (fault) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault);
+    SPRINGLS__TRY(springls__find_sections(ctx, block, size, sections, layout));
+    SPRINGLS__TRY(springls__snapshot_numbers_read(ctx, block, layout, s));
+    if (springls__sections_good(&ctx->model.grid, s, layout, block)) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
 }
 
 /* ---- restoring ---- */
@@ -19868,9 +20775,9 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     springls__surface *original = &ctx->original;
     size_t n = (size_t)s->original, kept = (size_t)original->count;
     int i;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
-    if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->springls, ctx->model.set.count)));
+    if (s->neighbors_age >= 0)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
@@ -19884,7 +20791,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
         size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
         if (i >= ctx->attribute_count) used = 0;
-        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->springls, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
@@ -19902,14 +20809,14 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
-           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+                           (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -19918,18 +20825,24 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
+        springls__wake_slot(g, slot);
+        if (calm) g->calm[slot] = (uint8_t)calm[i];
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
     g->active_count = count;
 }
 
-/* Copies section `section` into memory that is large enough. */
-SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
-                                const springls__layout *layout, const char *block, int section)
+/* Copies the numbers of a section into memory that is large enough; zeros where the block does not have it. */
+SPRINGLS__FN void springls__get_array(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                      const char *block, int section)
 {
-    uint64_t bytes = springls__section_bytes(g, s, section);
-    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+    const size_t bytes = (size_t)springls__section_bytes(&ctx->model.grid, s, section);
+    const size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (bytes == 0) return;
+    if (layout->at[section]) springls__copy_numbers(memory, block + layout->at[section], bytes / width, width);
+    else memset(memory, 0, bytes);
 }
 
 /* Replaces the attributes by those of the snapshot. */
@@ -19940,31 +20853,44 @@ SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls
     for (i = 0; i < s->attributes; i++) {
         springls__attribute *attribute = &ctx->attributes[i];
         const springls__attribute_entry *entry = &s->attribute[i];
+        const char *values = block + layout->at[SPRINGLS__SECTION_VALUES + i] + SPRINGLS__ATTRIBUTE_BYTES;
         memcpy(attribute->name, entry->name, sizeof entry->name);
         attribute->channels = entry->channels;
         attribute->split = (springls_policy)entry->split;
         attribute->fill = (springls_policy)entry->fill;
         attribute->merge = (springls_policy)entry->merge;
-        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+        springls__copy_numbers(attribute->values.data, values, (size_t)s->springls * (size_t)entry->channels, sizeof(float));
     }
     ctx->attribute_count = s->attributes;
+}
+
+/* Replaces components and events by those of the snapshot. */
+SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    springls__coder components = springls__reader(block + layout->at[SPRINGLS__SECTION_COMPONENTS]);
+    springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
+    springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
+    int i;
+    for (i = 0; i < s->components; i++)
+        springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
+    for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&parts, (springls_component *)ctx->event_part_memory.data + i);
 }
 
 /* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
-    const springls__grid *g = &ctx->model.grid;
+    springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
-    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
-    for (i = 0; i < s->events; i++)
-        memcpy((springls_event *)ctx->event_memory.data + i,
-               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
+    for (i = 0; i < s->springls; i++) springls__code_springl(&c, &ctx->model.set.s[i]);
+    for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
+    springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
+                          layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -19978,24 +20904,38 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the statistics; the times stay those of the context. */
+SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
+{
+    stats->steps = s->steps;
+    stats->added = s->added;
+    stats->split = s->split;
+    stats->removed = s->removed;
+    stats->reshaped = s->reshaped;
+    stats->refused = s->refused;
+    stats->volume_correction = s->volume_correction;
+    stats->largest_displacement = s->largest_displacement;
+    stats->moving_share = s->moving_share;
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
-    ctx->model.set.count = s->count;
+    ctx->model.set.count = s->springls;
     ctx->model.set.at_edges = s->at_edges;
     ctx->model.set.next_id = s->next_id;
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->stats = s->stats;
+    springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
@@ -20003,6 +20943,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
@@ -20143,7 +21084,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 844 \"springls.h\"\n",
+    "#line 859 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20249,7 +21190,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1796 \"springls.h\"\n",
+    "#line 1816 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20263,6 +21204,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
+    "\n",
+    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
+    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -20312,6 +21256,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
+    "    springls__stir_arguments stir;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -20327,7 +21272,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1875 \"springls.h\"\n",
+    "#line 1899 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20343,7 +21288,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(is_moving, uint8_t, 2)                                                                                                     \\\n",
+    "    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -20393,6 +21338,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
     "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
+    "    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -20413,7 +21359,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1962 \"springls.h\"\n",
+    "#line 1987 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20489,7 +21435,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2039 \"springls.h\"\n",
+    "#line 2064 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20508,7 +21454,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2059 \"springls.h\"\n",
+    "#line 2084 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20523,7 +21469,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2075 \"springls.h\"\n",
+    "#line 2100 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20647,7 +21593,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2199 \"springls.h\"\n",
+    "#line 2224 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -20673,7 +21619,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -20824,7 +21770,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2378 \"springls.h\"\n",
+    "#line 2403 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20839,7 +21785,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2393 \"springls.h\"\n",
+    "#line 2418 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -20963,14 +21909,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2517 \"springls.h\"\n",
+    "#line 2542 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2525 \"springls.h\"\n",
+    "#line 2550 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -20982,7 +21928,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2537 \"springls.h\"\n",
+    "#line 2562 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20997,7 +21943,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2553 \"springls.h\"\n",
+    "#line 2578 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21041,7 +21987,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2597 \"springls.h\"\n",
+    "#line 2622 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21056,7 +22002,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2612 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21100,7 +22046,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2656 \"springls.h\"\n",
+    "#line 2681 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21179,7 +22125,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2760 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21194,7 +22140,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2751 \"springls.h\"\n",
+    "#line 2776 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21257,7 +22203,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2814 \"springls.h\"\n",
+    "#line 2839 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21272,7 +22218,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2829 \"springls.h\"\n",
+    "#line 2854 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21335,7 +22281,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2893 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21367,6 +22313,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
+    "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
@@ -21461,6 +22410,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
+    "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
     "} springls__grid;\n",
     "\n",
     "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
@@ -21641,7 +22591,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
-    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
@@ -21675,7 +22625,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3234 \"springls.h\"\n",
+    "#line 3263 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22083,6 +23033,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "    g->slot_brick[slot] = -1;\n",
+    "    g->awake[slot] = 0;\n",
     "    g->free_slots[place] = slot;\n",
     "}\n",
     "\n",
@@ -22111,7 +23062,14 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
-    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
+    "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    g->calm[slot] = 0;\n",
+    "    g->awake[slot] = g->near_awake[slot] = 1;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */\n",
     "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
     "{\n",
     "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
@@ -22122,8 +23080,9 @@ static const char *const springls__kernel_lines[] = {
     "        g->omega[v] = -1.0f;\n",
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3683 \"springls.h\"\n",
+    "#line 3721 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22299,7 +23258,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3860 \"springls.h\"\n",
+    "#line 3898 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22472,11 +23431,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4034 \"springls.h\"\n",
+    "#line 4072 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
@@ -22553,14 +23512,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
-    "   count by as much as the surface has become thinner, as without a change of volume. */\n",
+    "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
+    "   than a voxel are of two sheets, and count in full. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
-    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
+    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;\n",
     "    int i, spare;\n",
     "    if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;\n",
     "    sums = springls__sum_residuals(model, &span, known);\n",
@@ -22572,8 +23532,9 @@ static const char *const springls__kernel_lines[] = {
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
-    "    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height\n",
-    "                          + sums.error2 / sums.weight);\n",
+    "    residual2 = sums.a2 + sums.height2 * thinner * thinner;\n",
+    "    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);\n",
+    "    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
     "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
@@ -22606,7 +23567,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4169 \"springls.h\"\n",
+    "#line 4209 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -22615,7 +23576,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4178 \"springls.h\"\n",
+    "#line 4218 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22630,7 +23591,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4194 \"springls.h\"\n",
+    "#line 4234 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22643,7 +23604,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4207 \"springls.h\"\n",
+    "#line 4247 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22658,7 +23619,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4222 \"springls.h\"\n",
+    "#line 4262 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -22671,7 +23632,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4235 \"springls.h\"\n",
+    "#line 4275 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -22685,16 +23646,24 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,\n",
+    "                                          springls__v3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
     "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);\n",
-    "    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;\n",
+    "    float sum = path * springls__length(residual);\n",
+    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
+    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -22783,6 +23752,7 @@ static const char *const springls__kernel_lines[] = {
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
+    "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -22803,6 +23773,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (rule->velocity.channels == 0) return out;\n",
     "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
     "}\n",
     "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
@@ -22829,6 +23805,30 @@ static const char *const springls__kernel_lines[] = {
     "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
+    "\n",
+    "/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */\n",
+    "#define SPRINGLS__MOVED_NOT 0\n",
+    "#define SPRINGLS__MOVED_LESS 1\n",
+    "#define SPRINGLS__MOVED_MORE 2\n",
+    "#define SPRINGLS__MOVED_FAR 3\n",
+    "\n",
+    "/* Returns how far a springl moves, by its displacements. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)\n",
+    "{\n",
+    "    float largest2 = 0.0f;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));\n",
+    "    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
+    "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether forces act on a particle: it lies in their region. */\n",
+    "SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)\n",
+    "{\n",
+    "    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;\n",
+    "}\n",
     "\n",
     "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
     "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
@@ -22839,15 +23839,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. */\n",
+    "   and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time)\n",
+    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
     "    int m;\n",
     "    slope.error = 0.0f;\n",
-    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
     "    if (!model->params.vertex_velocity) {\n",
     "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
@@ -22867,22 +23867,38 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
+    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
+    "                                                     const springls__v3 *flow)\n",
+    "{\n",
+    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
+    "    change = springls__sub(last, flow[2]);\n",
+    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
+    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
+    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
+    "    return springls__mad(change, middle, 4.0f);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                           springls__movers at)\n",
     "{\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
     "    int m;\n",
     "    if (rule->euler) {\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
     "        k1.error = -1.0f;\n",
     "        return k1;\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
-    "    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    return k1;\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
+    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
+    "    return d;\n",
     "}\n",
     "\n",
     "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
@@ -22898,7 +23914,7 @@ static const char *const springls__kernel_lines[] = {
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
+    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it\n",
     "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -22911,28 +23927,36 @@ static const char *const springls__kernel_lines[] = {
     "    at.error = 0.0f;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {\n",
+    "        springls__displacement2(model)[i] = 0.0f;\n",
+    "        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;\n",
+    "        return;\n",
+    "    }\n",
     "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
     "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
+    "    springls__is_moving(model)[i] = springls__how_far(d);\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements. */\n",
+    "/* Moves springl i by its displacements, if it moves at all. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__movers d = springls__displacement(model)[i];\n",
-    "    springls__springl s = model->set.s[i];\n",
+    "    springls__movers d;\n",
+    "    springls__springl s;\n",
     "    int m;\n",
     "    (void)args;\n",
+    "    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;\n",
+    "    d = springls__displacement(model)[i];\n",
+    "    s = model->set.s[i];\n",
     "    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);\n",
     "    s.p = springls__add(s.p, d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4988 \"springls.h\"\n",
+    "#line 5096 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -22958,7 +23982,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5015 \"springls.h\"\n",
+    "#line 5123 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23027,7 +24051,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5085 \"springls.h\"\n",
+    "#line 5193 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23129,7 +24153,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5188 \"springls.h\"\n",
+    "#line 5296 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23223,7 +24247,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5283 \"springls.h\"\n",
+    "#line 5391 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23334,7 +24358,7 @@ static const char *const springls__kernel_lines[] = {
     "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
-    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
     "    const int enough = 2, enough_beside = 3;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -23441,7 +24465,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5502 \"springls.h\"\n",
+    "#line 5610 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -23567,7 +24591,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5629 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -23643,7 +24667,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5706 \"springls.h\"\n",
+    "#line 5814 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -23658,7 +24682,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5721 \"springls.h\"\n",
+    "#line 5829 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23673,7 +24697,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5737 \"springls.h\"\n",
+    "#line 5845 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23684,7 +24708,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5748 \"springls.h\"\n",
+    "#line 5856 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23699,7 +24723,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5763 \"springls.h\"\n",
+    "#line 5871 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -23710,7 +24734,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5774 \"springls.h\"\n",
+    "#line 5882 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -23813,7 +24837,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5878 \"springls.h\"\n",
+    "#line 5986 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24024,9 +25048,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
-    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than\n",
+    "   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
+    "SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }\n",
     "\n",
     "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
@@ -24292,7 +25316,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6358 \"springls.h\"\n",
+    "#line 6466 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24399,7 +25423,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6466 \"springls.h\"\n",
+    "#line 6574 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -24535,7 +25559,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6603 \"springls.h\"\n",
+    "#line 6711 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -24724,7 +25748,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6793 \"springls.h\"\n",
+    "#line 6901 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -24835,7 +25859,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6905 \"springls.h\"\n",
+    "#line 7013 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -24848,7 +25872,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6919 \"springls.h\"\n",
+    "#line 7027 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25093,9 +26117,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               springls__v3 x, float *phi)\n",
+    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -25111,11 +26135,8 @@ static const char *const springls__kernel_lines[] = {
     "            edges += s->edge;\n",
     "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    if (edges == 0) return false;\n",
-    "    estimate = springls__edge_distance(&samples, x);\n",
-    "    if (estimate.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
-    "    return true;\n",
+    "    estimate.weight = estimate.distance = 0.0f;\n",
+    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -25145,16 +26166,19 @@ static const char *const springls__kernel_lines[] = {
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__estimate edge;\n",
     "    springls__projection f;\n",
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
-    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    edge.weight = edge.distance = 0.0f;\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    return springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -25228,7 +26252,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7300 \"springls.h\"\n",
+    "#line 7408 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25379,7 +26403,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7452 \"springls.h\"\n",
+    "#line 7560 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25409,7 +26433,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7590 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25424,7 +26448,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7498 \"springls.h\"\n",
+    "#line 7606 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25593,7 +26617,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7667 \"springls.h\"\n",
+    "#line 7775 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25608,7 +26632,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7682 \"springls.h\"\n",
+    "#line 7790 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25777,7 +26801,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7851 \"springls.h\"\n",
+    "#line 7959 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25813,7 +26837,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7888 \"springls.h\"\n",
+    "#line 7996 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -25937,7 +26961,98 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8013 \"springls.h\"\n",
+    "#line 8121 \"springls.h\"\n",
+    "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
+    "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
+    "\n",
+    "/* Voxel: a springl whose points have moved by less does not stir. */\n",
+    "#define SPRINGLS__REST 1e-3f\n",
+    "\n",
+    "/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in\n",
+    "   this step; all of a range; those that contract removes or reshapes. */\n",
+    "#define SPRINGLS__STIR_AWAY 0\n",
+    "#define SPRINGLS__STIR_MOVING 1\n",
+    "#define SPRINGLS__STIR_ALL 2\n",
+    "#define SPRINGLS__STIR_CONTRACTED 3\n",
+    "\n",
+    "/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */\n",
+    "SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)\n",
+    "{\n",
+    "    return springls__imin(model->params.resample_period + 1, 255);\n",
+    "}\n",
+    "\n",
+    "/* Wakes the brick of slot i, if it is not free. */\n",
+    "SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);\n",
+    "}\n",
+    "\n",
+    "/* Counts a calm step of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
+    "    (void)args;\n",
+    "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
+    "{\n",
+    "    if (which == SPRINGLS__STIR_CONTRACTED) {\n",
+    "        uint8_t action = springls__contract_action(model)[i];\n",
+    "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
+    "    }\n",
+    "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
+    "}\n",
+    "\n",
+    "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
+    "   that of one brick: they write the same. */\n",
+    "SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int n = args.stir.first + i;\n",
+    "    if (!springls__stirs(model, n, args.stir.which)) return;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */\n",
+    "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int limit = springls__calm_limit(model);\n",
+    "    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;\n",
+    "    }\n",
+    "    g->awake[g->active[i]] = (uint8_t)awake;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i or one around it is awake. */\n",
+    "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !near_awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
+    "    }\n",
+    "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
+    "}\n",
+    "#line 8213 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26284,7 +27399,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8361 \"springls.h\"\n",
+    "#line 8561 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26381,7 +27496,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8459 \"springls.h\"\n",
+    "#line 8659 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -26457,7 +27572,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8536 \"springls.h\"\n",
+    "#line 8736 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -26693,7 +27808,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8773 \"springls.h\"\n",
+    "#line 8973 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -26718,7 +27833,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8799 \"springls.h\"\n",
+    "#line 8999 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -26977,7 +28092,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9059 \"springls.h\"\n",
+    "#line 9259 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -26987,6 +28102,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
+    "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
+    "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \\\n",
+    "    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
@@ -27067,7 +28187,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27071 \"springls.h\"\n",
+    "#line 28191 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27088,10 +28208,11 @@ static const char *const springls__kernel_lines[] = {
     "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
     "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
     "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
