@@ -3102,7 +3102,11 @@ SPRINGLS__MATHS springls__group springls__alone(void)
     return group;
 }
 
-SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+/* Returns whether a row is this item's; one alone does not divide, which takes long. */
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)
+{
+    return group.items == 1 || row % group.items == group.item;
+}
 
 typedef struct springls__model {
     springls__constellation set;
@@ -3474,6 +3478,13 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
+/* Copies a row of eight voxels. */
+SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
 /* Loads the row of a tile at (y, z), voxels of the domain. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              bool border, int y, int z, SPRINGLS__LOCAL float *out)
@@ -3485,7 +3496,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
         out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
     }
 }
@@ -3585,7 +3596,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
             SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
             SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
             for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
             for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
     }
@@ -5360,12 +5371,15 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
-SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)
 {
+    springls__springl o = model->set.s[other];
     if (springls__of_two_contact_bodies(model, i, other)) return true;
-    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
+    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;
+    if (model->params.relax_same_side) return true;
+    return model->params.keep_thin
+        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5396,7 +5410,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other)) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -7112,8 +7126,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
-   and its normal (0: none is near). */
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -7122,42 +7136,43 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
-SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
+/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
-/* Returns the sum of a vector, whose x is `member`. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
 {
-    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
-                             sums[springls__sum_at(member + 2, i)]);
+    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
 }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
 {
     springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
-    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
-    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
+    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
+    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
     return m;
 }
 
-/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
-   first. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
+   particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
     int i, k;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
-        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;
+        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);
         springls__vmask nearer = d2 < best;
-        if (!springls__vec_any(nearer)) continue;
         springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
         for (k = 0; k < 3; k++) {
-            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;
             springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
         }
     }
@@ -7165,23 +7180,22 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 
 SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    SPRINGLS__LOCAL float *at = sums + 8 * member + i;
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
-   another sheet, which is noted in *opposed when it faces against. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row,
-                                           SPRINGLS__GLOBAL uint8_t *opposed)
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
+   else it is of another sheet, which is noted in *opposed when it faces against. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
-        if (!springls__vec_any(w > 0.0f)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
+        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
         if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -7201,50 +7215,81 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Returns the first voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+/* Returns the first voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }
 
-/* Returns the last voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+/* Returns the last voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
+    int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
+    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    last = springls__last_near(p.x, radius);
+    z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
+    for (z = springls__first_near(p.z, radius); z <= z1; z++) {
+        float reach;
         offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
+        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
+        y1 = springls__last_near(p.y, reach);
+        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z, opposed);
+            if (nearest) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
 
-/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
+/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
+SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+{
+    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);
+    sum = springls__normalize(sum);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return sum;
+}
+
+/* Begins the sums of a row; no springl is nearest yet. */
+SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    int i;
+    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
+    for (i = 0; i < 8; i++) {
+        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+        sums[8 * SPRINGLS__FACING + i] = facing.x;
+        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
+        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
+    }
+}
+
+/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums,
                                                SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k, v;
+    springls__v3 common = springls__common_facing(model, near_by);
+    bool one_sheet = springls__length2(common) > 0.5f;
+    int r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        for (v = 8 * r; v < 8 * r + 8; v++) {
-            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
-            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
-        }
-    for (r = 0; r < near_by->count; r++)
+        springls__clear_row(sums + springls__sums_of_row(r), common);
+    for (r = 0; r < near_by->count && !one_sheet; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
             springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
@@ -7345,22 +7390,24 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = *opposed = 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
     if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
-                                                 phi[v]);
+            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,
+                                                 at_edge, phi[v]);
             } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
         }
+    }
 }
 
 /* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
@@ -22638,7 +22685,11 @@ static const char *const springls__kernel_lines[] = {
     "    return group;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }\n",
+    "/* Returns whether a row is this item's; one alone does not divide, which takes long. */\n",
+    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)\n",
+    "{\n",
+    "    return group.items == 1 || row % group.items == group.item;\n",
+    "}\n",
     "\n",
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
@@ -22816,7 +22867,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3285 \"springls.h\"\n",
+    "#line 3289 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -23009,6 +23060,13 @@ static const char *const springls__kernel_lines[] = {
     "           || origin[2] + 9 > g->size[2];\n",
     "}\n",
     "\n",
+    "/* Copies a row of eight voxels. */\n",
+    "SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)\n",
+    "{\n",
+    "    int x;\n",
+    "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
+    "}\n",
+    "\n",
     "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
     "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
@@ -23020,7 +23078,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);\n",
     "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
     "    }\n",
     "}\n",
@@ -23120,7 +23178,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
-    "            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);\n",
     "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
     "        }\n",
     "    }\n",
@@ -23266,7 +23324,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3736 \"springls.h\"\n",
+    "#line 3747 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23442,7 +23500,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3913 \"springls.h\"\n",
+    "#line 3924 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23615,7 +23673,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4087 \"springls.h\"\n",
+    "#line 4098 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23751,7 +23809,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4224 \"springls.h\"\n",
+    "#line 4235 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23760,7 +23818,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4233 \"springls.h\"\n",
+    "#line 4244 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23775,7 +23833,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4249 \"springls.h\"\n",
+    "#line 4260 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23788,7 +23846,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4262 \"springls.h\"\n",
+    "#line 4273 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23803,7 +23861,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4277 \"springls.h\"\n",
+    "#line 4288 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23816,7 +23874,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4290 \"springls.h\"\n",
+    "#line 4301 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -24140,7 +24198,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5123 \"springls.h\"\n",
+    "#line 5134 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -24166,7 +24224,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5150 \"springls.h\"\n",
+    "#line 5161 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -24235,7 +24293,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5220 \"springls.h\"\n",
+    "#line 5231 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24337,7 +24395,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5323 \"springls.h\"\n",
+    "#line 5334 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24378,12 +24436,15 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */\n",
-    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
+    "/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */\n",
+    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)\n",
     "{\n",
+    "    springls__springl o = model->set.s[other];\n",
     "    if (springls__of_two_contact_bodies(model, i, other)) return true;\n",
-    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
+    "    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;\n",
+    "    if (model->params.relax_same_side) return true;\n",
+    "    return model->params.keep_thin\n",
+    "        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -24414,7 +24475,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__is_other_sheet(model, n, normal, other)) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -24428,7 +24489,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5415 \"springls.h\"\n",
+    "#line 5429 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24646,7 +24707,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5634 \"springls.h\"\n",
+    "#line 5648 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24772,7 +24833,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5761 \"springls.h\"\n",
+    "#line 5775 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24848,7 +24909,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5838 \"springls.h\"\n",
+    "#line 5852 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24863,7 +24924,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5853 \"springls.h\"\n",
+    "#line 5867 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24878,7 +24939,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5869 \"springls.h\"\n",
+    "#line 5883 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24889,7 +24950,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5880 \"springls.h\"\n",
+    "#line 5894 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24904,7 +24965,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5895 \"springls.h\"\n",
+    "#line 5909 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24915,7 +24976,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5906 \"springls.h\"\n",
+    "#line 5920 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -25018,7 +25079,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6010 \"springls.h\"\n",
+    "#line 6024 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25497,7 +25558,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6490 \"springls.h\"\n",
+    "#line 6504 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25604,7 +25665,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6598 \"springls.h\"\n",
+    "#line 6612 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25740,7 +25801,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6735 \"springls.h\"\n",
+    "#line 6749 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25929,7 +25990,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6925 \"springls.h\"\n",
+    "#line 6939 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -26040,7 +26101,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7037 \"springls.h\"\n",
+    "#line 7051 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -26053,7 +26114,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7051 \"springls.h\"\n",
+    "#line 7065 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -26118,8 +26179,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,\n",
-    "   and its normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
+    "   nearest particle, and its normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -26128,42 +26189,43 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
+    "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
+    "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
+    "/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */\n",
+    "SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }\n",
     "\n",
-    "/* Returns the sum of a vector, whose x is `member`. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)\n",
     "{\n",
-    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
-    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
-    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
-    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
-    "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
-    "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);\n",
+    "    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];\n",
+    "    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];\n",
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
-    "   first. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the\n",
+    "   particle to the row's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i, k;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
     "        springls__vmask nearer = d2 < best;\n",
-    "        if (!springls__vec_any(nearer)) continue;\n",
     "        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));\n",
     "        for (k = 0; k < 3; k++) {\n",
-    "            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);\n",
+    "            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;\n",
     "            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));\n",
     "        }\n",
     "    }\n",
@@ -26171,23 +26233,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
     "{\n",
-    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
+    "    SPRINGLS__LOCAL float *at = sums + 8 * member + i;\n",
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
-    "   another sheet, which is noted in *opposed when it faces against. */\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row,\n",
-    "                                           SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:\n",
+    "   else it is of another sheet, which is noted in *opposed when it faces against. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;\n",
-    "        if (!springls__vec_any(w > 0.0f)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;\n",
+    "        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;\n",
     "        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;\n",
     "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -26207,50 +26268,81 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "/* Returns the first voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }\n",
     "\n",
-    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
+    "/* Returns the last voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }\n",
     "\n",
     "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
     "                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
+    "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
-    "    int y0, y1, z0, z1, y, z;\n",
+    "    int first, last, y, y1, z, z1;\n",
     "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
-    "    y0 = springls__first_near(p.y);\n",
-    "    y1 = springls__last_near(p.y);\n",
-    "    z0 = springls__first_near(p.z);\n",
-    "    z1 = springls__last_near(p.z);\n",
+    "    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;\n",
+    "    last = springls__last_near(p.x, radius);\n",
+    "    z1 = springls__last_near(p.z, radius);\n",
     "    offset.x = -p.x;\n",
-    "    for (z = z0; z <= z1; z++) {\n",
+    "    for (z = springls__first_near(p.z, radius); z <= z1; z++) {\n",
+    "        float reach;\n",
     "        offset.z = (float)z - p.z;\n",
-    "        for (y = y0; y <= y1; y++) {\n",
+    "        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));\n",
+    "        y1 = springls__last_near(p.y, reach);\n",
+    "        for (y = springls__first_near(p.y, reach); y <= y1; y++) {\n",
+    "            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
-    "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
-    "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
-    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z, opposed);\n",
+    "            if (nearest) springls__nearest_row(s, offset, row, first, last);\n",
+    "            else springls__moments_row(s, offset, row, first, last, opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
+    "/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "{\n",
+    "    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);\n",
+    "    sum = springls__normalize(sum);\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Begins the sums of a row; no springl is nearest yet. */\n",
+    "SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)\n",
+    "{\n",
+    "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
+    "        sums[8 * SPRINGLS__FACING + i] = facing.x;\n",
+    "        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;\n",
+    "        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums,\n",
     "                                               SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    int r, k, v;\n",
+    "    springls__v3 common = springls__common_facing(model, near_by);\n",
+    "    bool one_sheet = springls__length2(common) > 0.5f;\n",
+    "    int r, k;\n",
     "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
-    "        for (v = 8 * r; v < 8 * r + 8; v++) {\n",
-    "            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;\n",
-    "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
-    "        }\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
+    "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
+    "    for (r = 0; r < near_by->count && !one_sheet; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
     "            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
@@ -26351,22 +26443,24 @@ static const char *const springls__kernel_lines[] = {
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
-    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
     "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
-    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
-    "                                                 phi[v]);\n",
+    "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,\n",
+    "                                                 at_edge, phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
     "                *side_unknown = 1;\n",
     "            }\n",
     "        }\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
@@ -26403,7 +26497,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7402 \"springls.h\"\n",
+    "#line 7449 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26554,7 +26648,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7554 \"springls.h\"\n",
+    "#line 7601 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26584,7 +26678,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7584 \"springls.h\"\n",
+    "#line 7631 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26599,7 +26693,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7600 \"springls.h\"\n",
+    "#line 7647 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26768,7 +26862,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7769 \"springls.h\"\n",
+    "#line 7816 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26783,7 +26877,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7784 \"springls.h\"\n",
+    "#line 7831 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26952,7 +27046,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7953 \"springls.h\"\n",
+    "#line 8000 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26988,7 +27082,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7990 \"springls.h\"\n",
+    "#line 8037 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27112,7 +27206,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8115 \"springls.h\"\n",
+    "#line 8162 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -27203,7 +27297,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8207 \"springls.h\"\n",
+    "#line 8254 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27550,7 +27644,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8555 \"springls.h\"\n",
+    "#line 8602 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27647,7 +27741,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8653 \"springls.h\"\n",
+    "#line 8700 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27723,7 +27817,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8730 \"springls.h\"\n",
+    "#line 8777 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27959,7 +28053,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8967 \"springls.h\"\n",
+    "#line 9014 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27984,7 +28078,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8993 \"springls.h\"\n",
+    "#line 9040 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28243,7 +28337,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9253 \"springls.h\"\n",
+    "#line 9300 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -28339,7 +28433,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28343 \"springls.h\"\n",
+    "#line 28437 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
