@@ -187,7 +187,7 @@ struct run {
     struct bar bar;
     springls_context *ctx;
     bool tells_events;
-    int mass_attribute, frames, split_events;
+    int mass_attribute, frames, events;
     float *vertices;
     struct model_frame pictures[5];
     int pictures_taken, springls_at_start;
@@ -249,16 +249,16 @@ static springls_status drive(struct run *run)
     return status == SPRINGLS_OK ? springls_step(run->ctx, &follow) : status;
 }
 
-/* Prints a line for each event of the last frame. */
+/* Counts the events of the last frame, and prints a line for each. */
 static springls_status tell_events(struct run *run)
 {
     static const char *const names[] = {"birth", "split", "merge", "death"};
     const springls_event *events;
     int count;
     const springls_status status = springls_events(run->ctx, &events, &count);
-    for (int i = 0; status == SPRINGLS_OK && i < count; ++i) {
+    run->events += status == SPRINGLS_OK ? count : 0;
+    for (int i = 0; status == SPRINGLS_OK && cli_may_print(&run->common) && i < count; ++i) {
         const springls_event *e = &events[i];
-        run->split_events += e->kind == SPRINGLS_EVENT_KIND_SPLIT;
         printf("frame %d: %s at (%.1f, %.1f, %.1f)", run->bar.frame, names[e->kind], (double)e->place[0], (double)e->place[1],
                (double)e->place[2]);
         for (int k = 0; k < e->before_count + e->after_count; ++k) {
@@ -354,6 +354,9 @@ static bool report(const struct run *run, springls_backend *backend)
     json_integer(&json, "tear_frame", run->bar.tear_frame);
     json_integer(&json, "components_initial", run->start.components);
     json_integer(&json, "components", run->end.components);
+    if (run->tells_events) {
+        json_integer(&json, "events", run->events);
+    }
     json_integer(&json, "euler", run->end.euler);
     json_number(&json, "volume_initial", run->start.volume);
     json_number(&json, "volume", run->end.volume);
@@ -398,7 +401,8 @@ int main(int argc, char **argv)
     springls_params params;
     const struct cli_option table[] = {
         {"set", CLI_STRING, &run.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
-        {"events", CLI_FLAG, &run.tells_events, NULL, "a line for each birth, split, merger and death of a component", 0.0, 0.0, NULL},
+        {"events", CLI_FLAG, &run.tells_events, NULL, "a line for each birth, split, merger and death of a component", 0.0, 0.0,
+         NULL},
     };
     const struct cli_program program = {.name = "soft_body",
                                         .summary = "a mass-spring solver draws a bar of springls out until it tears",
