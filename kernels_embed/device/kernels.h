@@ -19,6 +19,7 @@
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
+#include "../stages/sleep.h"
 #include "../stages/specks.h"
 #include "../stages/topology.h"
 #include "../stages/track.h"
@@ -32,6 +33,11 @@
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
+    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
+    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
+    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \

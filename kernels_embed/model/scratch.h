@@ -15,7 +15,7 @@
     /* advect */                                                                                                                 \
     X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                                                                                                     \
+    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -65,6 +65,7 @@
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(block_motions, struct springls__block_motion, 1)                                                                           \
+    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \

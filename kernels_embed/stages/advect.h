@@ -135,6 +135,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -187,6 +188,30 @@ typedef struct springls__movers {
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by its displacements. */
+SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+{
+    float largest2 = 0.0f;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
+    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
+
+/* Returns whether forces act on a particle: it lies in their region. */
+SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+{
+    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+}
 
 /* Returns true when the displacements of all points are finite, and their squares too. */
 SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
@@ -272,7 +297,7 @@ SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, con
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -285,22 +310,30 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
+        springls__displacement2(model)[i] = 0.0f;
+        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
+        return;
+    }
     d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
     springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
+    springls__is_moving(model)[i] = springls__how_far(d);
 }
 
-/* Moves springl i by its displacements. */
+/* Moves springl i by its displacements, if it moves at all. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = springls__displacement(model)[i];
-    springls__springl s = model->set.s[i];
+    springls__movers d;
+    springls__springl s;
     int m;
     (void)args;
+    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
+    d = springls__displacement(model)[i];
+    s = model->set.s[i];
     if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);

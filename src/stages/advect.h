@@ -8,6 +8,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
@@ -43,8 +44,9 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
+   point moves at all. */
+typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
 
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
@@ -173,20 +175,13 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
+/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
+SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
 {
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
-    for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
-    }
-    return block;
+    if (!springls__all_finite_movers(d)) block->finite = 0;
+    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
+    block->moving += how_far == SPRINGLS__MOVED_FAR;
+    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
 }
 
 /* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
@@ -216,19 +211,24 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
@@ -247,21 +247,25 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
             error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
+    memset(block, 0, sizeof *block);
+    block->finite = block->still = 1;
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
+        springls__springl s = set->s[springls[i]];
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
         d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
+        d = springls__smoothed(g, &motion->rule, s, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[springls[i]] = d;
+        motion->how_far[springls[i]] = springls__how_far(d);
+        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
     }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -270,8 +274,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -290,6 +310,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
@@ -307,17 +328,51 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
 /* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->how_far = springls__is_moving(&ctx->model);
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__to_host(
+        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
+        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
+    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
@@ -327,10 +382,11 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
+    motion->still = true;
+    for (i = 0; i < springls__advect_blocks(motion); i++) {
         finite = finite && motion->blocks[i].finite;
+        motion->still = motion->still && motion->blocks[i].still;
         largest2 = springls__max(largest2, motion->blocks[i].largest2);
         motion->moving += motion->blocks[i].moving;
     }
@@ -385,6 +441,7 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
@@ -397,9 +454,19 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
     motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
+    motion->still = motion->moved == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
     if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
+}
+
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
 /* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
@@ -407,9 +474,13 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
     motion->blocks = NULL;
+    motion->listed = NULL;
+    motion->count = ctx->model.set.count;
+    motion->moved = 0.0f;
+    motion->moving = 0;
+    motion->still = true;
+    if (springls__has_no_force(motion)) return SPRINGLS_OK;
     if (ctx->on_device && springls__device_can_displace(motion)) {
         springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
@@ -438,10 +509,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+    if (!motion->still) {
+        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
