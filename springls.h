@@ -51,6 +51,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
@@ -66,14 +67,15 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
+     >>cell_list            src/model/cell_list.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
-     >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
+     >>sleep                src/stages/sleep.h
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
@@ -441,6 +443,17 @@
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
+
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
 
    EVENTS
 
@@ -1201,6 +1214,9 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
+                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
+                                      moves. Both all zero: everywhere                                              */
 } springls_forces;
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
@@ -1812,6 +1828,9 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1860,6 +1879,7 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__stir_arguments stir;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1892,7 +1912,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                                                                                                     \
+    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1942,6 +1962,7 @@ typedef union springls__arguments {
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(block_motions, struct springls__block_motion, 1)                                                                           \
+    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2927,6 +2948,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
+    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
@@ -3021,6 +3045,7 @@ typedef struct springls__grid {
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
+    int some_asleep;        /* 0: all bricks are awake                                               */
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -3053,7 +3078,11 @@ SPRINGLS__MATHS springls__group springls__alone(void)
     return group;
 }
 
-SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+/* Returns whether a row is this item's; one alone does not divide, which takes long. */
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)
+{
+    return group.items == 1 || row % group.items == group.item;
+}
 
 typedef struct springls__model {
     springls__constellation set;
@@ -3197,7 +3226,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
 typedef struct springls__shape {
     int size[3], bricks[3];
@@ -3425,6 +3454,13 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
+/* Copies a row of eight voxels. */
+SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
 /* Loads the row of a tile at (y, z), voxels of the domain. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              bool border, int y, int z, SPRINGLS__LOCAL float *out)
@@ -3436,7 +3472,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
         out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
     }
 }
@@ -3536,7 +3572,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
             SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
             SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
             for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
             for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
     }
@@ -3633,6 +3669,7 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
     g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
+    g->awake[slot] = 0;
     g->free_slots[place] = slot;
 }
 
@@ -3661,7 +3698,14 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
-/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+/* Wakes the brick of a slot: its springls count as having stirred. */
+SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
+{
+    g->calm[slot] = 0;
+    g->awake[slot] = g->near_awake[slot] = 1;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */
 SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 {
     const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -3672,6 +3716,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
         g->omega[v] = -1.0f;
     }
     springls__clear_cells(springls__cells_of(g, slot));
+    springls__wake_slot(g, slot);
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -4348,6 +4393,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -4400,6 +4446,30 @@ typedef struct springls__movers {
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by its displacements. */
+SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+{
+    float largest2 = 0.0f;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
+    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
+
+/* Returns whether forces act on a particle: it lies in their region. */
+SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+{
+    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+}
 
 /* Returns true when the displacements of all points are finite, and their squares too. */
 SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
@@ -4485,7 +4555,7 @@ SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, con
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -4498,22 +4568,30 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
+        springls__displacement2(model)[i] = 0.0f;
+        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
+        return;
+    }
     d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
     springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
+    springls__is_moving(model)[i] = springls__how_far(d);
 }
 
-/* Moves springl i by its displacements. */
+/* Moves springl i by its displacements, if it moves at all. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = springls__displacement(model)[i];
-    springls__springl s = model->set.s[i];
+    springls__movers d;
+    springls__springl s;
     int m;
     (void)args;
+    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
+    d = springls__displacement(model)[i];
+    s = model->set.s[i];
     if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
@@ -4654,9 +4732,13 @@ typedef struct springls__motion {
     int tries;
     springls__force_rule rule;
     float affine_weight;
+    bool has_region;        /* forces act in a region alone                                                     */
+    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
     springls__movers *displacement;
+    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
     struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
@@ -4728,6 +4810,7 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
@@ -5252,12 +5335,15 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
-SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)
 {
+    springls__springl o = model->set.s[other];
     if (springls__of_two_contact_bodies(model, i, other)) return true;
-    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
+    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;
+    if (model->params.relax_same_side) return true;
+    return model->params.keep_thin
+        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5288,7 +5374,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other)) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -5414,7 +5500,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);
@@ -6109,9 +6195,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -7004,8 +7090,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
-   and its normal (0: none is near). */
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -7014,42 +7100,43 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
-SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
+/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
-/* Returns the sum of a vector, whose x is `member`. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
 {
-    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
-                             sums[springls__sum_at(member + 2, i)]);
+    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
 }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
 {
     springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
-    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
-    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
+    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
+    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
     return m;
 }
 
-/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
-   first. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
+   particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
     int i, k;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
-        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;
+        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);
         springls__vmask nearer = d2 < best;
-        if (!springls__vec_any(nearer)) continue;
         springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
         for (k = 0; k < 3; k++) {
-            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;
             springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
         }
     }
@@ -7057,22 +7144,22 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 
 SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    SPRINGLS__LOCAL float *at = sums + 8 * member + i;
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
-   another sheet. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
+   else it is of another sheet. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
-        if (!springls__vec_any(w > 0.0f)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
+        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -7091,49 +7178,80 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Returns the first voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+/* Returns the first voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }
 
-/* Returns the last voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+/* Returns the last voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
+    int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
+    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    last = springls__last_near(p.x, radius);
+    z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
+    for (z = springls__first_near(p.z, radius); z <= z1; z++) {
+        float reach;
         offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
+        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
+        y1 = springls__last_near(p.y, reach);
+        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+            if (nearest) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last);
         }
     }
 }
 
-/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
+/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
+SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+{
+    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);
+    sum = springls__normalize(sum);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return sum;
+}
+
+/* Begins the sums of a row; no springl is nearest yet. */
+SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    int i;
+    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
+    for (i = 0; i < 8; i++) {
+        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+        sums[8 * SPRINGLS__FACING + i] = facing.x;
+        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
+        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
+    }
+}
+
+/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k, v;
+    springls__v3 common = springls__common_facing(model, near_by);
+    bool one_sheet = springls__length2(common) > 0.5f;
+    int r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        for (v = 8 * r; v < 8 * r + 8; v++) {
-            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
-            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
-        }
-    for (r = 0; r < near_by->count; r++)
+        springls__clear_row(sums + springls__sums_of_row(r), common);
+    for (r = 0; r < near_by->count && !one_sheet; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
             springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
@@ -7152,9 +7270,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -7170,11 +7288,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7204,16 +7319,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -7233,22 +7351,24 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
     if (some) springls__brick_sums_take(model, &near_by, o, sums);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
-                                                 phi[v]);
+            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,
+                                                 at_edge, phi[v]);
             } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
         }
+    }
 }
 
 /* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
@@ -7997,6 +8117,98 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
+/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
+   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
+
+/* Voxel: a springl whose points have moved by less does not stir. */
+#define SPRINGLS__REST 1e-3f
+
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
+
+/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
+SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
+{
+    return springls__imin(model->params.resample_period + 1, 255);
+}
+
+/* Wakes the brick of slot i, if it is not free. */
+SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
+}
+
+/* Counts a calm step of active brick i. */
+SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    (void)args;
+    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
+{
+    if (which == SPRINGLS__STIR_CONTRACTED) {
+        uint8_t action = springls__contract_action(model)[i];
+        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
+    }
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+}
+
+/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one brick: they write the same. */
+SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = args.stir.first + i;
+    if (!springls__stirs(model, n, args.stir.which)) return;
+    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
+    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const int limit = springls__calm_limit(model);
+    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+    }
+    g->awake[g->active[i]] = (uint8_t)awake;
+}
+
+/* Finds whether active brick i or one around it is awake. */
+SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !near_awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    }
+    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
@@ -9055,6 +9267,11 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
+    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
+    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
+    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
@@ -9789,6 +10006,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
+    ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
@@ -9947,7 +10165,16 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
         springls__clear_cells(springls__cells_of(g, slot));
+        springls__wake_slot(g, slot);
     }
+}
+
+/* Wakes all bricks: before springls or phi change anywhere but in a step, and where all of phi is made anew. */
+SPRINGLS__FN void springls__wake_all(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_wake, ctx->model.grid.slot_count, NULL);
+    ctx->model.grid.some_asleep = 0;
+    ctx->at_rest = false;
 }
 
 /* Makes all of a grid outside; keeps memory. */
@@ -9957,6 +10184,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
+    g->some_asleep = 0;
     springls__grid_constants(ctx, g);
 }
 
@@ -10109,10 +10337,13 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
 /* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
+    springls_status status;
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    status = springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                               writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0);
+    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
@@ -10120,6 +10351,100 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 {
     springls_context *owner = (springls_context *)ctx;
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
+}
+
+/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
+
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
+SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, n = 0, *missing, origin[3];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
+    }
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
+SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t n = (size_t)ctx->model.set.count;
+    uint32_t before = 0;
+    int i;
+    if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__cell_keys(ctx));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
+    ctx->cells_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
+SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
+    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
+    }
+    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
@@ -10301,8 +10626,9 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
+   point moves at all. */
+typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
 
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
@@ -10431,20 +10757,13 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
+/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
+SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
 {
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
-    for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
-    }
-    return block;
+    if (!springls__all_finite_movers(d)) block->finite = 0;
+    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
+    block->moving += how_far == SPRINGLS__MOVED_FAR;
+    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
 }
 
 /* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
@@ -10474,19 +10793,24 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
@@ -10505,21 +10829,25 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
             error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
+    memset(block, 0, sizeof *block);
+    block->finite = block->still = 1;
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
+        springls__springl s = set->s[springls[i]];
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
         d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
+        d = springls__smoothed(g, &motion->rule, s, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[springls[i]] = d;
+        motion->how_far[springls[i]] = springls__how_far(d);
+        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
     }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -10528,8 +10856,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -10548,6 +10892,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
@@ -10565,17 +10910,51 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
 /* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->how_far = springls__is_moving(&ctx->model);
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__to_host(
+        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
+        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
+    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
@@ -10585,10 +10964,11 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
+    motion->still = true;
+    for (i = 0; i < springls__advect_blocks(motion); i++) {
         finite = finite && motion->blocks[i].finite;
+        motion->still = motion->still && motion->blocks[i].still;
         largest2 = springls__max(largest2, motion->blocks[i].largest2);
         motion->moving += motion->blocks[i].moving;
     }
@@ -10643,6 +11023,7 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
@@ -10655,9 +11036,19 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *moti
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
     motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
+    motion->still = motion->moved == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
     if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
+}
+
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
 /* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
@@ -10665,9 +11056,13 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
     motion->blocks = NULL;
+    motion->listed = NULL;
+    motion->count = ctx->model.set.count;
+    motion->moved = 0.0f;
+    motion->moving = 0;
+    motion->still = true;
+    if (springls__has_no_force(motion)) return SPRINGLS_OK;
     if (ctx->on_device && springls__device_can_displace(motion)) {
         springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
@@ -10696,10 +11091,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+    if (!motion->still) {
+        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
@@ -10765,100 +11162,6 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
     }
-}
-
-/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
-   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
-   triangle does not widen every search. */
-
-/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
-SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing, origin[3];
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
-    missing = springls__missing_bricks(&ctx->model);
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
-    }
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
-SPRINGLS__FN void springls__count_cells(springls__model *model)
-{
-    springls__cell_list *cells = &model->cells;
-    int i;
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-    for (i = 0; i < model->set.count; i++) {
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-        springls__count_in_cell(model, i);
-    }
-}
-
-/* Builds the lists if springls have moved since they were built. */
-SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)ctx->model.set.count;
-    uint32_t before = 0;
-    int i;
-    if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_build(ctx);
-        ctx->cells_fresh = status == SPRINGLS_OK;
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    springls__count_cells(&ctx->model);
-    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
-    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    ctx->cells_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
-SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_cover_around(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
-                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
-    missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        int origin[3], at[3];
-        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
-        for (d = 0; d < 27 && around; d++)
-            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
-                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
-                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
-    }
-    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -11558,6 +11861,48 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
             if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
+/* ======== >>sleep  (src/stages/sleep.h) ======================================================================== */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+
+/* Returns true when bricks may sleep: phi moves by the springls alone. */
+SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
+}
+
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
+   several may write to one brick. */
+SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
+{
+    springls__arguments args;
+    int i;
+    args.stir.first = first;
+    args.stir.which = which;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
+    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Finds the bricks that are awake, after the springls have moved. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -11609,6 +11954,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
@@ -12705,6 +13051,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
     springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -12754,6 +13101,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
     springls__constellation_changed(ctx);
 }
 
@@ -12969,6 +13317,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     springls__attributes_after_split(ctx, count);
@@ -14176,12 +14525,29 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14287,6 +14653,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -14306,6 +14674,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
@@ -14497,6 +14866,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     SPRINGLS__TRY(springls__finish_step(ctx));
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
+    springls__wake_all(ctx);
     ctx->calls++;
     status = springls__run_to_completion(ctx, run);
     ctx->calls--;
@@ -14876,6 +15246,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -16834,6 +17205,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     springls__use_device(ctx);
     ctx->calls++;
     status = springls__write(ctx, first, count, vertices, particles);
+    if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
     if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
     return springls__report_device_failure(ctx, status);
@@ -19731,6 +20103,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -19773,6 +20146,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
@@ -19833,6 +20207,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
@@ -19998,6 +20373,9 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         break;
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_CALM:
+        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
         break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
@@ -20264,6 +20642,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
@@ -20457,8 +20836,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -20467,6 +20846,8 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
+        springls__wake_slot(g, slot);
+        if (calm) g->calm[slot] = (uint8_t)calm[i];
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
@@ -20529,7 +20910,8 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
+                          layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -20582,6 +20964,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
@@ -20722,7 +21105,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 846 \"springls.h\"\n",
+    "#line 859 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20828,7 +21211,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1801 \"springls.h\"\n",
+    "#line 1817 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20842,6 +21225,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
+    "\n",
+    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
+    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -20891,6 +21277,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
+    "    springls__stir_arguments stir;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -20906,7 +21293,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1880 \"springls.h\"\n",
+    "#line 1900 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20922,7 +21309,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(is_moving, uint8_t, 2)                                                                                                     \\\n",
+    "    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -20972,6 +21359,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
     "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
+    "    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -20993,7 +21381,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1968 \"springls.h\"\n",
+    "#line 1989 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21069,7 +21457,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2045 \"springls.h\"\n",
+    "#line 2066 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21088,7 +21476,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2065 \"springls.h\"\n",
+    "#line 2086 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21103,7 +21491,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2081 \"springls.h\"\n",
+    "#line 2102 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21227,7 +21615,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2205 \"springls.h\"\n",
+    "#line 2226 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21253,7 +21641,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2253 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21404,7 +21792,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2384 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21419,7 +21807,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2399 \"springls.h\"\n",
+    "#line 2420 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21543,14 +21931,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2523 \"springls.h\"\n",
+    "#line 2544 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2531 \"springls.h\"\n",
+    "#line 2552 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21562,7 +21950,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2543 \"springls.h\"\n",
+    "#line 2564 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21577,7 +21965,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2559 \"springls.h\"\n",
+    "#line 2580 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21621,7 +22009,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2603 \"springls.h\"\n",
+    "#line 2624 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21636,7 +22024,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2618 \"springls.h\"\n",
+    "#line 2639 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21680,7 +22068,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2662 \"springls.h\"\n",
+    "#line 2683 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21759,7 +22147,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2741 \"springls.h\"\n",
+    "#line 2762 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21774,7 +22162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2757 \"springls.h\"\n",
+    "#line 2778 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21837,7 +22225,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2820 \"springls.h\"\n",
+    "#line 2841 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21852,7 +22240,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2835 \"springls.h\"\n",
+    "#line 2856 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21915,7 +22303,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2899 \"springls.h\"\n",
+    "#line 2920 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -21947,6 +22335,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
+    "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
@@ -22041,6 +22432,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
+    "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
     "} springls__grid;\n",
     "\n",
     "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
@@ -22073,7 +22465,11 @@ static const char *const springls__kernel_lines[] = {
     "    return group;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }\n",
+    "/* Returns whether a row is this item's; one alone does not divide, which takes long. */\n",
+    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)\n",
+    "{\n",
+    "    return group.items == 1 || row % group.items == group.item;\n",
+    "}\n",
     "\n",
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
@@ -22217,7 +22613,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
-    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
@@ -22251,7 +22647,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3236 \"springls.h\"\n",
+    "#line 3265 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22444,6 +22840,13 @@ static const char *const springls__kernel_lines[] = {
     "           || origin[2] + 9 > g->size[2];\n",
     "}\n",
     "\n",
+    "/* Copies a row of eight voxels. */\n",
+    "SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)\n",
+    "{\n",
+    "    int x;\n",
+    "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
+    "}\n",
+    "\n",
     "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
     "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
@@ -22455,7 +22858,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);\n",
     "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
     "    }\n",
     "}\n",
@@ -22555,7 +22958,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
-    "            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);\n",
     "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
     "        }\n",
     "    }\n",
@@ -22652,6 +23055,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "    g->slot_brick[slot] = -1;\n",
+    "    g->awake[slot] = 0;\n",
     "    g->free_slots[place] = slot;\n",
     "}\n",
     "\n",
@@ -22680,7 +23084,14 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
-    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
+    "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    g->calm[slot] = 0;\n",
+    "    g->awake[slot] = g->near_awake[slot] = 1;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */\n",
     "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
     "{\n",
     "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
@@ -22691,8 +23102,9 @@ static const char *const springls__kernel_lines[] = {
     "        g->omega[v] = -1.0f;\n",
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3678 \"springls.h\"\n",
+    "#line 3723 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22868,7 +23280,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3855 \"springls.h\"\n",
+    "#line 3900 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23041,7 +23453,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4029 \"springls.h\"\n",
+    "#line 4074 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23177,7 +23589,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4166 \"springls.h\"\n",
+    "#line 4211 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23186,7 +23598,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4175 \"springls.h\"\n",
+    "#line 4220 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23201,7 +23613,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4191 \"springls.h\"\n",
+    "#line 4236 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23214,7 +23626,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4204 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23229,7 +23641,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4219 \"springls.h\"\n",
+    "#line 4264 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23242,7 +23654,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4232 \"springls.h\"\n",
+    "#line 4277 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -23362,6 +23774,7 @@ static const char *const springls__kernel_lines[] = {
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
+    "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -23414,6 +23827,30 @@ static const char *const springls__kernel_lines[] = {
     "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
+    "\n",
+    "/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */\n",
+    "#define SPRINGLS__MOVED_NOT 0\n",
+    "#define SPRINGLS__MOVED_LESS 1\n",
+    "#define SPRINGLS__MOVED_MORE 2\n",
+    "#define SPRINGLS__MOVED_FAR 3\n",
+    "\n",
+    "/* Returns how far a springl moves, by its displacements. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)\n",
+    "{\n",
+    "    float largest2 = 0.0f;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));\n",
+    "    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
+    "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether forces act on a particle: it lies in their region. */\n",
+    "SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)\n",
+    "{\n",
+    "    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;\n",
+    "}\n",
     "\n",
     "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
     "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
@@ -23499,7 +23936,7 @@ static const char *const springls__kernel_lines[] = {
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
+    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it\n",
     "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -23512,28 +23949,36 @@ static const char *const springls__kernel_lines[] = {
     "    at.error = 0.0f;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {\n",
+    "        springls__displacement2(model)[i] = 0.0f;\n",
+    "        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;\n",
+    "        return;\n",
+    "    }\n",
     "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
     "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
+    "    springls__is_moving(model)[i] = springls__how_far(d);\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements. */\n",
+    "/* Moves springl i by its displacements, if it moves at all. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__movers d = springls__displacement(model)[i];\n",
-    "    springls__springl s = model->set.s[i];\n",
+    "    springls__movers d;\n",
+    "    springls__springl s;\n",
     "    int m;\n",
     "    (void)args;\n",
+    "    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;\n",
+    "    d = springls__displacement(model)[i];\n",
+    "    s = model->set.s[i];\n",
     "    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);\n",
     "    s.p = springls__add(s.p, d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5015 \"springls.h\"\n",
+    "#line 5098 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23559,7 +24004,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5042 \"springls.h\"\n",
+    "#line 5125 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23628,7 +24073,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5112 \"springls.h\"\n",
+    "#line 5195 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23730,7 +24175,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5215 \"springls.h\"\n",
+    "#line 5298 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23771,12 +24216,15 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */\n",
-    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
+    "/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */\n",
+    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)\n",
     "{\n",
+    "    springls__springl o = model->set.s[other];\n",
     "    if (springls__of_two_contact_bodies(model, i, other)) return true;\n",
-    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
+    "    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;\n",
+    "    if (model->params.relax_same_side) return true;\n",
+    "    return model->params.keep_thin\n",
+    "        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -23807,7 +24255,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__is_other_sheet(model, n, normal, other)) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -23821,7 +24269,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5307 \"springls.h\"\n",
+    "#line 5393 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -23932,7 +24380,7 @@ static const char *const springls__kernel_lines[] = {
     "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
-    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
     "    const int enough = 2, enough_beside = 3;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -24039,7 +24487,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5526 \"springls.h\"\n",
+    "#line 5612 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24165,7 +24613,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5653 \"springls.h\"\n",
+    "#line 5739 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24241,7 +24689,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5730 \"springls.h\"\n",
+    "#line 5816 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24256,7 +24704,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5745 \"springls.h\"\n",
+    "#line 5831 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24271,7 +24719,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5761 \"springls.h\"\n",
+    "#line 5847 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24282,7 +24730,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5772 \"springls.h\"\n",
+    "#line 5858 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24297,7 +24745,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5787 \"springls.h\"\n",
+    "#line 5873 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24308,7 +24756,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5798 \"springls.h\"\n",
+    "#line 5884 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24411,7 +24859,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5902 \"springls.h\"\n",
+    "#line 5988 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -24622,9 +25070,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
-    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than\n",
+    "   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
+    "SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }\n",
     "\n",
     "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
@@ -24890,7 +25338,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6382 \"springls.h\"\n",
+    "#line 6468 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -24997,7 +25445,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6490 \"springls.h\"\n",
+    "#line 6576 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25133,7 +25581,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6627 \"springls.h\"\n",
+    "#line 6713 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25322,7 +25770,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6817 \"springls.h\"\n",
+    "#line 6903 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -25433,7 +25881,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6929 \"springls.h\"\n",
+    "#line 7015 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25446,7 +25894,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 6943 \"springls.h\"\n",
+    "#line 7029 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25511,8 +25959,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,\n",
-    "   and its normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
+    "   nearest particle, and its normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -25521,42 +25969,43 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
+    "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
+    "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
+    "/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */\n",
+    "SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }\n",
     "\n",
-    "/* Returns the sum of a vector, whose x is `member`. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)\n",
     "{\n",
-    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
-    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
-    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
-    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
-    "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
-    "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);\n",
+    "    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];\n",
+    "    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];\n",
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
-    "   first. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the\n",
+    "   particle to the row's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i, k;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
     "        springls__vmask nearer = d2 < best;\n",
-    "        if (!springls__vec_any(nearer)) continue;\n",
     "        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));\n",
     "        for (k = 0; k < 3; k++) {\n",
-    "            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);\n",
+    "            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;\n",
     "            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));\n",
     "        }\n",
     "    }\n",
@@ -25564,22 +26013,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
     "{\n",
-    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
+    "    SPRINGLS__LOCAL float *at = sums + 8 * member + i;\n",
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
-    "   another sheet. */\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:\n",
+    "   else it is of another sheet. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;\n",
-    "        if (!springls__vec_any(w > 0.0f)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;\n",
+    "        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;\n",
     "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
@@ -25598,49 +26047,80 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "/* Returns the first voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }\n",
     "\n",
-    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
+    "/* Returns the last voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }\n",
     "\n",
     "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
     "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
+    "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
-    "    int y0, y1, z0, z1, y, z;\n",
+    "    int first, last, y, y1, z, z1;\n",
     "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
-    "    y0 = springls__first_near(p.y);\n",
-    "    y1 = springls__last_near(p.y);\n",
-    "    z0 = springls__first_near(p.z);\n",
-    "    z1 = springls__last_near(p.z);\n",
+    "    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;\n",
+    "    last = springls__last_near(p.x, radius);\n",
+    "    z1 = springls__last_near(p.z, radius);\n",
     "    offset.x = -p.x;\n",
-    "    for (z = z0; z <= z1; z++) {\n",
+    "    for (z = springls__first_near(p.z, radius); z <= z1; z++) {\n",
+    "        float reach;\n",
     "        offset.z = (float)z - p.z;\n",
-    "        for (y = y0; y <= y1; y++) {\n",
+    "        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));\n",
+    "        y1 = springls__last_near(p.y, reach);\n",
+    "        for (y = springls__first_near(p.y, reach); y <= y1; y++) {\n",
+    "            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
-    "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
-    "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
-    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
+    "            if (nearest) springls__nearest_row(s, offset, row, first, last);\n",
+    "            else springls__moments_row(s, offset, row, first, last);\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
+    "/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "{\n",
+    "    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);\n",
+    "    sum = springls__normalize(sum);\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Begins the sums of a row; no springl is nearest yet. */\n",
+    "SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)\n",
+    "{\n",
+    "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
+    "        sums[8 * SPRINGLS__FACING + i] = facing.x;\n",
+    "        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;\n",
+    "        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    int r, k, v;\n",
+    "    springls__v3 common = springls__common_facing(model, near_by);\n",
+    "    bool one_sheet = springls__length2(common) > 0.5f;\n",
+    "    int r, k;\n",
     "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
-    "        for (v = 8 * r; v < 8 * r + 8; v++) {\n",
-    "            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;\n",
-    "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
-    "        }\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
+    "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
+    "    for (r = 0; r < near_by->count && !one_sheet; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
     "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
@@ -25659,9 +26139,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               springls__v3 x, float *phi)\n",
+    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -25677,11 +26157,8 @@ static const char *const springls__kernel_lines[] = {
     "            edges += s->edge;\n",
     "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    if (edges == 0) return false;\n",
-    "    estimate = springls__edge_distance(&samples, x);\n",
-    "    if (estimate.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
-    "    return true;\n",
+    "    estimate.weight = estimate.distance = 0.0f;\n",
+    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -25711,16 +26188,19 @@ static const char *const springls__kernel_lines[] = {
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__estimate edge;\n",
     "    springls__projection f;\n",
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
-    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    edge.weight = edge.distance = 0.0f;\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    return springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -25740,22 +26220,24 @@ static const char *const springls__kernel_lines[] = {
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) *side_unknown = 0;\n",
-    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
     "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
-    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
-    "                                                 phi[v]);\n",
+    "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,\n",
+    "                                                 at_edge, phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
     "                *side_unknown = 1;\n",
     "            }\n",
     "        }\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
@@ -25792,7 +26274,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7290 \"springls.h\"\n",
+    "#line 7410 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -25943,7 +26425,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7442 \"springls.h\"\n",
+    "#line 7562 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -25973,7 +26455,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7472 \"springls.h\"\n",
+    "#line 7592 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25988,7 +26470,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7488 \"springls.h\"\n",
+    "#line 7608 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26157,7 +26639,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7657 \"springls.h\"\n",
+    "#line 7777 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26172,7 +26654,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7672 \"springls.h\"\n",
+    "#line 7792 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26341,7 +26823,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7841 \"springls.h\"\n",
+    "#line 7961 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26377,7 +26859,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7878 \"springls.h\"\n",
+    "#line 7998 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26501,7 +26983,98 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8003 \"springls.h\"\n",
+    "#line 8123 \"springls.h\"\n",
+    "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
+    "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
+    "\n",
+    "/* Voxel: a springl whose points have moved by less does not stir. */\n",
+    "#define SPRINGLS__REST 1e-3f\n",
+    "\n",
+    "/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in\n",
+    "   this step; all of a range; those that contract removes or reshapes. */\n",
+    "#define SPRINGLS__STIR_AWAY 0\n",
+    "#define SPRINGLS__STIR_MOVING 1\n",
+    "#define SPRINGLS__STIR_ALL 2\n",
+    "#define SPRINGLS__STIR_CONTRACTED 3\n",
+    "\n",
+    "/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */\n",
+    "SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)\n",
+    "{\n",
+    "    return springls__imin(model->params.resample_period + 1, 255);\n",
+    "}\n",
+    "\n",
+    "/* Wakes the brick of slot i, if it is not free. */\n",
+    "SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);\n",
+    "}\n",
+    "\n",
+    "/* Counts a calm step of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
+    "    (void)args;\n",
+    "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
+    "{\n",
+    "    if (which == SPRINGLS__STIR_CONTRACTED) {\n",
+    "        uint8_t action = springls__contract_action(model)[i];\n",
+    "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
+    "    }\n",
+    "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
+    "}\n",
+    "\n",
+    "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
+    "   that of one brick: they write the same. */\n",
+    "SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int n = args.stir.first + i;\n",
+    "    if (!springls__stirs(model, n, args.stir.which)) return;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */\n",
+    "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int limit = springls__calm_limit(model);\n",
+    "    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;\n",
+    "    }\n",
+    "    g->awake[g->active[i]] = (uint8_t)awake;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i or one around it is awake. */\n",
+    "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !near_awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
+    "    }\n",
+    "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
+    "}\n",
+    "#line 8215 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -26848,7 +27421,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8351 \"springls.h\"\n",
+    "#line 8563 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -26945,7 +27518,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8449 \"springls.h\"\n",
+    "#line 8661 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27021,7 +27594,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8526 \"springls.h\"\n",
+    "#line 8738 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27257,7 +27830,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8763 \"springls.h\"\n",
+    "#line 8975 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27282,7 +27855,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8789 \"springls.h\"\n",
+    "#line 9001 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27541,7 +28114,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9049 \"springls.h\"\n",
+    "#line 9261 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27551,6 +28124,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
+    "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
+    "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \\\n",
+    "    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
@@ -27631,7 +28209,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27635 \"springls.h\"\n",
+    "#line 28213 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -27652,10 +28230,11 @@ static const char *const springls__kernel_lines[] = {
     "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
     "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
     "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
