@@ -158,6 +158,9 @@ portability: deps-portability   ## the same bits from every compiler and platfor
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)
 
+packages: deps-packages   ## can programs find the library by CMake, Meson, pkg-config and the recipes of packages/?
+	@tests/portability/packages.sh
+
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/portability/matrix.sh
