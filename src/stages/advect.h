@@ -43,9 +43,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
-
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
@@ -124,6 +121,13 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
+/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
+{
+    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
+           || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
 /* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
                                    springls__v3 *slope)
@@ -132,7 +136,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
     float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m, count = batch->count;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < count && springls__reads_normals(forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
@@ -164,22 +168,6 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
-{
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
-    for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
-    }
-    return block;
-}
-
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
@@ -201,7 +189,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = -1.0f;
+        memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
@@ -212,16 +200,9 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
-    for (i = 0; i < count; i++) {
-        const springls__grid *g = &motion->ctx->model.grid;
-        springls__movers d;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
-    }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
+    for (; i < count; i++) springls__displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -259,8 +240,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
+/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
+    int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -269,44 +252,40 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
+    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
+                                                                         motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
-/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
+/* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
+                                    springls__kernels[SPRINGLS__KERNEL_displace].writes));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
+   finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    float largest2 = 0.0f;
-    bool finite = true;
-    int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
-        finite = finite && motion->blocks[i].finite;
-        largest2 = springls__max(largest2, motion->blocks[i].largest2);
-        motion->moving += motion->blocks[i].moving;
-    }
-    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    springls__largest largest = springls__find_largest(motion->ctx, SPRINGLS__ROLE_ARRAY(displacement2),
+                                                       motion->ctx->model.set.count, SPRINGLS__MOVING2);
+    motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
+    motion->moving = largest.more;
 }
 
-/* Returns true when the device can evaluate the forces, and completes the rule for it. */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples. */
+SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -324,6 +303,7 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
         const springls_backend *backend = motion->ctx->backend;
+        if (!motion->ctx->on_device) return false;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         motion->rule.flow = SPRINGLS__FLOW_USER;
     }
@@ -345,41 +325,41 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Finds all displacements on the device, the largest one and how many springls move. */
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
+/* Sends what the kernel needs of the forces to the device. */
+SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
-    return ctx->backend_status;
+    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
-/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
+/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
+    int count = ctx->model.set.count;
+    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
-    motion->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(motion)) {
-        springls_status status = springls__displace_on_device(motion);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    if (by_kernel && ctx->on_device) {
+        springls_status status = springls__forces_to_device(motion);
+        if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
+        by_kernel = springls__kernel_can_displace(motion);
     }
-    return springls__displace_on_host(motion);
+    if (!by_kernel) return springls__displace_in_blocks(motion);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
+    *ctx->model.force.rule = motion->rule;
+    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -393,7 +373,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(motion));
+        SPRINGLS__TRY(springls__displace_all(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(motion);
@@ -403,7 +383,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+    springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
@@ -418,7 +399,7 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
     springls__finish_loop(ctx);
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
