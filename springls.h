@@ -118,6 +118,7 @@
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
      >>snapshot             src/output/snapshot.h
+     >>snapshot_format      src/output/snapshot_format.h
      >>views                src/output/views.h
      >>kernel_source        src/output/kernel_source.h
      >>remodel              src/tools/remodel.h
@@ -202,7 +203,8 @@
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
-     relax              every   every     lets each springl seek equilibrium with its neighbours
+     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step in models with
+                                          sharp edges, with pressure or curvature, without a velocity, or with one_to_one
      contract           Mth     -         removes, reshapes or merges springls
      resample           Mth     -         splits large springls
      relax              Mth     -
@@ -361,8 +363,9 @@
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
    kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
+   with the surface. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
@@ -461,13 +464,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
@@ -1141,7 +1145,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -1314,12 +1319,13 @@ typedef enum springls_snapshot_kind {
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
-   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+   number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
+   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
-   After any failure the model is unchanged. */
+/* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -1589,7 +1595,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -4080,7 +4086,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
    with a split or a fill and lasts: the particle and the place that it has come from move together. */
 
-#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
@@ -4157,14 +4163,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -4176,8 +4183,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -4316,6 +4324,12 @@ SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, con
     return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);
 }
 
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+}
+
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
 
@@ -4367,19 +4381,27 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
-                                                       float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
     SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
                                             SPRINGLS__W(length2)(k4));
-    SPRINGLS__NUM sum = half_time * SPRINGLS__W(length2)(SPRINGLS__W(sub)(k3, k2)) + all * SPRINGLS__W(length2)(bend);
-    SPRINGLS__NUM error = springls__fabs(dt) * sum / SPRINGLS__W(sqrt)(speed2);
-    return SPRINGLS__W(select)(speed2 > 0.0f, error, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
 /* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
@@ -4471,21 +4493,24 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
 }
 
 /* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. */
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k)
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 push = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
     SPRINGLS__W(movers) slope;
     int m;
     slope.error = SPRINGLS__W(broadcast)(0.0f);
-    if (!model->params.vertex_velocity) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(flow_at)(model, rule, at.x[0], k));
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
         return slope;
     }
-    push = SPRINGLS__W(pushed)(model, rule, at, push);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(SPRINGLS__W(flow_at)(model, rule, at.x[m], k), push);
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
     return slope;
 }
 
@@ -4498,22 +4523,39 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
 /* Returns the displacements of points at `at`. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
                                                                    SPRINGLS__W(movers) at)
 {
     SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     int k, m;
     for (k = 0; k < (rule->euler ? 1 : 4); k++) {
         if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
     }
-    if (!rule->euler)
-        at.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], rule->dt);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                              : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    return at;
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
@@ -4656,19 +4698,27 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
-                                                       float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
     SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
                                             SPRINGLS__W(length2)(k4));
-    SPRINGLS__NUM sum = half_time * SPRINGLS__W(length2)(SPRINGLS__W(sub)(k3, k2)) + all * SPRINGLS__W(length2)(bend);
-    SPRINGLS__NUM error = springls__fabs(dt) * sum / SPRINGLS__W(sqrt)(speed2);
-    return SPRINGLS__W(select)(speed2 > 0.0f, error, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
 /* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
@@ -4760,21 +4810,24 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
 }
 
 /* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. */
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k)
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 push = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
     SPRINGLS__W(movers) slope;
     int m;
     slope.error = SPRINGLS__W(broadcast)(0.0f);
-    if (!model->params.vertex_velocity) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(flow_at)(model, rule, at.x[0], k));
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
         return slope;
     }
-    push = SPRINGLS__W(pushed)(model, rule, at, push);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(SPRINGLS__W(flow_at)(model, rule, at.x[m], k), push);
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
     return slope;
 }
 
@@ -4787,22 +4840,39 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
 /* Returns the displacements of points at `at`. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
                                                                    SPRINGLS__W(movers) at)
 {
     SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     int k, m;
     for (k = 0; k < (rule->euler ? 1 : 4); k++) {
         if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
     }
-    if (!rule->euler)
-        at.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], rule->dt);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                              : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    return at;
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
@@ -10790,21 +10860,30 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
            || forces->affine_batch || forces->curvature_weight != 0.0f;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
-    for (i = 0; i < count && springls__reads_normals(forces); i++)
+    int i, count = batch->count;
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -10830,10 +10909,33 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < count; i++) {
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+    }
+}
+
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
@@ -10848,19 +10950,22 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
         memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
         springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
@@ -13224,7 +13329,8 @@ SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
     springls__constellation_moved(ctx);
 }
 
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
+/* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
+SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool covers)
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
@@ -13242,7 +13348,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
-            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+            return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
         springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
@@ -13258,6 +13364,9 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         return SPRINGLS_OK;
     }
 }
+
+SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
+SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
 
 /* Gives springls their shares again, after some have come or gone. */
 SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
@@ -14406,6 +14515,23 @@ SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
+/* Returns true when a flow alone moves springls, their vertices too: triangles turn as the surface does. */
+SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
+{
+    const springls_forces *forces = &ctx->step.forces;
+    if (forces->pressure || forces->pressure_batch || forces->pressure_grid.data) return false;
+    return ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f && forces->curvature_weight == 0.0f
+        && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
+}
+
+/* Returns true when springls relax and take their shares at once. Those that cover need it on resampling passes alone while a
+   flow turns them, unless they are at edges. */
+SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
+{
+    if (springls__covers_again(ctx)) return false;
+    return !ctx->model.params.cover || ctx->step.desc.one_to_one || ctx->model.set.at_edges > 0 || !springls__vertices_flow(ctx);
+}
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -14597,7 +14723,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
-    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
     SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
@@ -14617,7 +14744,8 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__MOVE,
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
@@ -14963,64 +15091,97 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
+/* Lists all members but the cookie, with their ranges. The order is of no account. */
+#define SPRINGLS__PARAMS(REAL, INTEGER)                                                                                          \
+    REAL(d_max, 0.05f, 4.0f)                                                                                                     \
+    REAL(particle_radius, 0.0f, 1.0f)                                                                                            \
+    REAL(neighbor_radius, 0.05f, 4.0f)                                                                                           \
+    INTEGER(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS)                                                                           \
+    INTEGER(relax_iterations, 0, 1000)                                                                                           \
+    INTEGER(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH)                                                       \
+    INTEGER(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR)                                                         \
+    INTEGER(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL)                                                        \
+    REAL(sharpness, 0.0f, 1000.0f)                                                                                               \
+    REAL(kappa_int, 0.0f, 100.0f)                                                                                                \
+    REAL(kappa_ext, 0.0f, 100.0f)                                                                                                \
+    REAL(relax_step_length, 0.0f, 1.0f)                                                                                          \
+    REAL(relax_step_rotation, 0.0f, 1.0f)                                                                                        \
+    REAL(contract_distance, 0.0f, 100.0f)                                                                                        \
+    REAL(min_angle, 0.0f, 60.0f)                                                                                                 \
+    REAL(max_angle, 60.0f, 180.0f)                                                                                               \
+    REAL(min_area, 0.0f, 10.0f)                                                                                                  \
+    REAL(merge_distance, 0.0f, 4.0f)                                                                                             \
+    INTEGER(keep_thin, 0, 1)                                                                                                     \
+    INTEGER(cover, 0, 1)                                                                                                         \
+    INTEGER(relax_same_side, 0, 1)                                                                                               \
+    INTEGER(reshape, 0, 1)                                                                                                       \
+    INTEGER(resample_last, 0, 1)                                                                                                 \
+    INTEGER(resample_period, 1, 1000000)                                                                                         \
+    REAL(split_edge, 0.1f, 1e6f)                                                                                                 \
+    REAL(split_area, 0.01f, 1e6f)                                                                                                \
+    INTEGER(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC)                                                    \
+    REAL(band_half_width, 2.0f, 6.0f)                                                                                            \
+    REAL(capture_range, 0.3f, 6.0f)                                                                                              \
+    INTEGER(evolve_iterations, 0, 1000)                                                                                          \
+    REAL(evolve_step, 0.0f, 1.0f)                                                                                                \
+    REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
+    REAL(curvature, -0.2f, 0.2f)                                                                                                 \
+    INTEGER(carry_level_set, 0, 1)                                                                                               \
+    INTEGER(project_level_set, 0, 1)                                                                                             \
+    INTEGER(nucleate, 0, 1)                                                                                                      \
+    INTEGER(keep_edges, 0, 1)                                                                                                    \
+    INTEGER(vertex_velocity, 0, 1)                                                                                               \
+    INTEGER(half_time_sampling, 0, 1)                                                                                            \
+    INTEGER(volume_lock, 0, 1)                                                                                                   \
+    INTEGER(split_input, 0, 1)                                                                                                   \
+    INTEGER(components, 0, 1)                                                                                                    \
+    INTEGER(project_initial, 0, 1)                                                                                               \
+    INTEGER(fill_from_springls, 0, 1)                                                                                            \
+    REAL(min_component, 0.0f, 16.0f)                                                                                             \
+    INTEGER(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED)                                                       \
+    INTEGER(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE)                                                          \
+    REAL(nearest_rule, 0.0f, 1e6f)                                                                                               \
+    INTEGER(track_iterations, 0, 1000)                                                                                           \
+    REAL(track_step, 0.0f, 1.0f)                                                                                                 \
+    INTEGER(initial_stride, 1, 4)
+
+/* Describes a member of the parameters: an enumeration counts as an integer. */
+typedef struct springls__param {
+    const char *name;
+    size_t offset;
+    bool real;
+    float low, high;
+} springls__param;
+
+#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
+#undef SPRINGLS__PARAM_REAL
+#undef SPRINGLS__PARAM_INTEGER
+#define SPRINGLS__PARAM_COUNT (sizeof springls__param_list / sizeof springls__param_list[0])
+
+/* Has no value when a member is missing from the list. */
+typedef char springls__all_params_are_listed[4 * (SPRINGLS__PARAM_COUNT + 1) == sizeof(springls_params) ? 1 : -1];
+
+/* Returns whether a member is in its range. Enumerations are read as integers, whatever value they have. */
+SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls__param *member)
+{
+    const char *at = (const char *)p + member->offset;
+    int32_t integer;
+    float real;
+    memcpy(&integer, at, sizeof integer);
+    memcpy(&real, at, sizeof real);
+    if (member->real) return real >= member->low && real <= member->high;
+    return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
+}
+
 /* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
-#define SPRINGLS__IN(member, low, high) \
-    if (!(p->member >= (low) && p->member <= (high))) return #member
+    size_t i;
     if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
-    SPRINGLS__IN(d_max, 0.05f, 4.0f);
-    SPRINGLS__IN(particle_radius, 0.0f, 1.0f);
-    SPRINGLS__IN(neighbor_radius, 0.05f, 4.0f);
-    SPRINGLS__IN(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS);
-    SPRINGLS__IN(relax_iterations, 0, 1000);
-    SPRINGLS__IN(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH);
-    SPRINGLS__IN(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR);
-    SPRINGLS__IN(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL);
-    SPRINGLS__IN(sharpness, 0.0f, 1000.0f);
-    SPRINGLS__IN(kappa_int, 0.0f, 100.0f);
-    SPRINGLS__IN(kappa_ext, 0.0f, 100.0f);
-    SPRINGLS__IN(relax_step_length, 0.0f, 1.0f);
-    SPRINGLS__IN(relax_step_rotation, 0.0f, 1.0f);
-    SPRINGLS__IN(contract_distance, 0.0f, 100.0f);
-    SPRINGLS__IN(min_angle, 0.0f, 60.0f);
-    SPRINGLS__IN(max_angle, 60.0f, 180.0f);
-    SPRINGLS__IN(min_area, 0.0f, 10.0f);
-    SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
-    SPRINGLS__IN(keep_thin, 0, 1);
-    SPRINGLS__IN(cover, 0, 1);
-    SPRINGLS__IN(relax_same_side, 0, 1);
-    SPRINGLS__IN(reshape, 0, 1);
-    SPRINGLS__IN(resample_last, 0, 1);
-    SPRINGLS__IN(resample_period, 1, 1000000);
-    SPRINGLS__IN(split_edge, 0.1f, 1e6f);
-    SPRINGLS__IN(split_area, 0.01f, 1e6f);
-    SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
-    SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
-    SPRINGLS__IN(evolve_iterations, 0, 1000);
-    SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
-    SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
-    SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(carry_level_set, 0, 1);
-    SPRINGLS__IN(project_level_set, 0, 1);
-    SPRINGLS__IN(nucleate, 0, 1);
-    SPRINGLS__IN(keep_edges, 0, 1);
-    SPRINGLS__IN(vertex_velocity, 0, 1);
-    SPRINGLS__IN(half_time_sampling, 0, 1);
-    SPRINGLS__IN(volume_lock, 0, 1);
-    SPRINGLS__IN(split_input, 0, 1);
-    SPRINGLS__IN(components, 0, 1);
-    SPRINGLS__IN(project_initial, 0, 1);
-    SPRINGLS__IN(fill_from_springls, 0, 1);
-    SPRINGLS__IN(min_component, 0.0f, 16.0f);
-    SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
-    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
-    SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
-    SPRINGLS__IN(track_iterations, 0, 1000);
-    SPRINGLS__IN(track_step, 0.0f, 1.0f);
-    SPRINGLS__IN(initial_stride, 1, 4);
-#undef SPRINGLS__IN
+    for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
 
@@ -19695,22 +19856,202 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     return hash;
 }
 
-/* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
-   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
-   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
+/* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
+/* snapshot_format.h - the bytes of a snapshot (docs/snapshot-format.md): a head, then sections with a tag each. Numbers are
+   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by field. */
 
-/* Bytes of an event without the pointers to its parts. */
-#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
+enum { SPRINGLS__SNAPSHOT_VERSION = 1 };
 
-typedef struct springls__snapshot_head {
-    char magic[8];
-    uint32_t version, byte_order;
-    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
-} springls__snapshot_head;
+/* Bytes of a head, a section's head, a named number, and of the records below. */
+enum {
+    SPRINGLS__HEAD_BYTES = 32,
+    SPRINGLS__SECTION_HEAD_BYTES = 16,
+    SPRINGLS__NAME_BYTES = 24,
+    SPRINGLS__NAMED_BYTES = SPRINGLS__NAME_BYTES + 8,
+    SPRINGLS__GRID_BYTES = 16 + 12 * 8,
+    SPRINGLS__SPRINGL_BYTES = 12 * 4,
+    SPRINGLS__ATTRIBUTE_BYTES = SPRINGLS_MAX_NAME_LENGTH + 1 + 4 * 4,
+    SPRINGLS__PART_BYTES = 40,
+    SPRINGLS__COMPONENT_BYTES = SPRINGLS__PART_BYTES + 24,
+    SPRINGLS__EVENT_BYTES = 40
+};
 
-static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
+static const char springls__snapshot_magic[8] = { 's', 'p', 'r', 'i', 'n', 'g', 'l', 's' };
+
+/* ---- bytes of numbers ---- */
+
+SPRINGLS__FN bool springls__little_endian(void)
+{
+    const uint32_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+/* Copies numbers of `width` bytes from memory into a block, or back. */
+SPRINGLS__FN void springls__copy_numbers(void *to, const void *from, size_t count, size_t width)
+{
+    size_t i, k;
+    if (count == 0) return;
+    if (width == 1 || springls__little_endian()) {
+        memcpy(to, from, count * width);
+        return;
+    }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < width; k++) ((char *)to)[i * width + k] = ((const char *)from)[(i + 1) * width - 1 - k];
+}
+
+/* Returns 32-bit number i of a block's section, which need not be aligned. */
+SPRINGLS__FN int32_t springls__int_at(const char *data, size_t i)
+{
+    int32_t value;
+    springls__copy_numbers(&value, data + i * sizeof value, 1, sizeof value);
+    return value;
+}
+
+/* Returns up to 8 bytes as one word: of a block, or (numbers) of 32-bit numbers in memory as a block has them. */
+SPRINGLS__FN uint64_t springls__word_of(const char *data, size_t bytes, bool numbers)
+{
+    char word[8] = { 0, 0, 0, 0, 0, 0, 0, 0 };
+    uint64_t value;
+    if (numbers) springls__copy_numbers(word, data, bytes / 4, 4);
+    else memcpy(word, data, bytes);
+    springls__copy_numbers(&value, word, 1, sizeof value);
+    return value;
+}
+
+/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes, bool numbers)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4];
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            chain[k] = (chain[k] ^ springls__word_of(p + i + 8 * k, 8, numbers)) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++)
+        chain[k] = (chain[k] ^ springls__word_of(p + i, bytes - i < 8 ? bytes - i : 8, numbers)) * prime;
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- records ---- */
+
+/* Writes a block, or reads it: `in` is NULL or `out` is. bad: what has been read cannot be. */
+typedef struct springls__coder { char *out; const char *in; bool bad; } springls__coder;
+
+SPRINGLS__FN springls__coder springls__writer(char *out)
+{
+    springls__coder c;
+    c.out = out;
+    c.in = NULL;
+    c.bad = false;
+    return c;
+}
+
+SPRINGLS__FN springls__coder springls__reader(const char *in)
+{
+    springls__coder c;
+    c.out = NULL;
+    c.in = in;
+    c.bad = false;
+    return c;
+}
+
+/* Copies numbers of `width` bytes from memory into the block, or from the block into memory. */
+SPRINGLS__FN void springls__code(springls__coder *c, void *numbers, size_t count, size_t width)
+{
+    if (c->in) {
+        springls__copy_numbers(numbers, c->in, count, width);
+        c->in += count * width;
+    } else {
+        springls__copy_numbers(c->out, numbers, count, width);
+        c->out += count * width;
+    }
+}
+
+#define SPRINGLS__CODE(coder, number) springls__code(coder, &(number), 1, sizeof(number))
+
+/* Codes an integer that lies in 0 .. last. */
+SPRINGLS__FN void springls__code_choice(springls__coder *c, int32_t *value, int32_t last)
+{
+    SPRINGLS__CODE(c, *value);
+    if (*value >= 0 && *value <= last) return;
+    c->bad = true;
+    *value = 0;
+}
+
+SPRINGLS__FN void springls__code_bool(springls__coder *c, bool *value)
+{
+    int32_t number = c->in ? 0 : *value;
+    springls__code_choice(c, &number, 1);
+    *value = number == 1;
+}
+
+SPRINGLS__FN void springls__code_zeros(springls__coder *c, size_t bytes)
+{
+    if (c->in) {
+        c->in += bytes;
+    } else {
+        memset(c->out, 0, bytes);
+        c->out += bytes;
+    }
+}
+
+/* SPRINGLS__PART_BYTES. */
+SPRINGLS__FN void springls__code_part(springls__coder *c, springls_component *part)
+{
+    SPRINGLS__CODE(c, part->id);
+    springls__code_bool(c, &part->cavity);
+    SPRINGLS__CODE(c, part->volume);
+    SPRINGLS__CODE(c, part->area);
+    springls__code(c, part->center, 3, sizeof(float));
+    SPRINGLS__CODE(c, part->correction);
+}
+
+/* SPRINGLS__COMPONENT_BYTES. */
+SPRINGLS__FN void springls__code_component(springls__coder *c, springls__component *component)
+{
+    springls__code_part(c, &component->view);
+    SPRINGLS__CODE(c, component->target);
+    springls__code(c, component->deepest, 3, sizeof(int32_t));
+    springls__code_zeros(c, 4);
+}
+
+/* SPRINGLS__EVENT_BYTES; the parts are apart. */
+SPRINGLS__FN void springls__code_event(springls__coder *c, springls_event *event)
+{
+    int32_t kind = c->in ? 0 : (int32_t)event->kind;
+    SPRINGLS__CODE(c, event->time);
+    springls__code(c, event->place, 3, sizeof(float));
+    SPRINGLS__CODE(c, event->step);
+    springls__code_choice(c, &kind, (int32_t)SPRINGLS_EVENT_KIND_DEATH);
+    event->kind = (springls_event_kind)kind;
+    springls__code_bool(c, &event->cavity);
+    SPRINGLS__CODE(c, event->before_count);
+    SPRINGLS__CODE(c, event->after_count);
+}
+
+/* SPRINGLS__SPRINGL_BYTES: triangle and particle; the other members follow from these. */
+SPRINGLS__FN void springls__code_springl(springls__coder *c, springls__springl *s)
+{
+    springls__code(c, s, 12, sizeof(float));
+    if (c->in) *s = springls__springl_finished(*s);
+}
+
+/* SPRINGLS__GRID_BYTES: size, width of a brick, place in the world. */
+SPRINGLS__FN void springls__code_grid(springls__coder *c, int32_t *size, double *to_world)
+{
+    int32_t brick = SPRINGLS__BRICK;
+    springls__code(c, size, 3, sizeof(int32_t));
+    SPRINGLS__CODE(c, brick);
+    springls__code(c, to_world, 12, sizeof(double));
+    if (brick != SPRINGLS__BRICK) c->bad = true;
+}
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -19718,25 +20059,110 @@ typedef struct springls__attribute_entry {
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
-/* Holds the numbers of a model and the sizes of its arrays. */
+/* SPRINGLS__ATTRIBUTE_BYTES; the values follow. */
+SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribute_entry *entry)
+{
+    const int32_t last = (int32_t)SPRINGLS_POLICY_SHARE;
+    springls__code(c, entry->name, sizeof entry->name, 1);
+    SPRINGLS__CODE(c, entry->channels);
+    springls__code_choice(c, &entry->split, last);
+    springls__code_choice(c, &entry->fill, last);
+    springls__code_choice(c, &entry->merge, last);
+}
+
+/* ---- named numbers: a reader finds them by name, and those that a block does not have are 0 ---- */
+
+/* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
+#define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
+    X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_age) X(int32_t, bricks) X(int32_t, attributes)                \
+    X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, components_found) X(int32_t, components_fresh)  \
+    X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
+    X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
+    X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share)
+
+/* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
-    double to_world[12], time;
-    uint64_t reference_stamp;
-    springls_stats stats;
+#define SPRINGLS__NUMBER_MEMBER(type, name) type name;
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
     springls_params params;
-    int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
-    int32_t components, events, event_parts;
-    uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_contact_body;
-    int32_t reference_bricks, original, given, has_source;
-    int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
 } springls__snapshot_state;
 
-/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
+/* Describes a named number in a struct. */
+typedef struct springls__named { const char *name; size_t offset, bytes; } springls__named;
+
+static const springls__named springls__snapshot_numbers[] = {
+#define SPRINGLS__NUMBER_ROW(type, name) { #name, offsetof(springls__snapshot_state, name), sizeof(type) },
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW)
+#undef SPRINGLS__NUMBER_ROW
+};
+static const springls__named springls__snapshot_params[] = {
+#define SPRINGLS__PARAM_ROW(name, low, high) { #name, offsetof(springls_params, name), 4 },
+    SPRINGLS__PARAMS(SPRINGLS__PARAM_ROW, SPRINGLS__PARAM_ROW)
+#undef SPRINGLS__PARAM_ROW
+};
+enum {
+    SPRINGLS__NUMBERS = sizeof springls__snapshot_numbers / sizeof springls__snapshot_numbers[0],
+    SPRINGLS__PARAMS_NAMED = sizeof springls__snapshot_params / sizeof springls__snapshot_params[0]
+};
+
+SPRINGLS__FN void springls__put_named(springls__coder *c, const springls__named *list, size_t count, const void *from)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        const char *number = (const char *)from + list[i].offset;
+        memset(c->out, 0, SPRINGLS__NAMED_BYTES);
+        memcpy(c->out, list[i].name, strlen(list[i].name));
+        springls__copy_numbers(c->out + SPRINGLS__NAME_BYTES, number, 1, list[i].bytes);
+        c->out += SPRINGLS__NAMED_BYTES;
+    }
+}
+
+/* Returns the number of that name; NULL: there is none. name: SPRINGLS__NAME_BYTES, zeros at the end. */
+SPRINGLS__FN const springls__named *springls__find_named(const springls__named *list, size_t count, const char *name)
+{
+    size_t i;
+    if (name[SPRINGLS__NAME_BYTES - 1] != 0) return NULL;
+    for (i = 0; i < count; i++)
+        if (strcmp(list[i].name, name) == 0) return &list[i];
+    return NULL;
+}
+
+/* Refuses a block for something whose name this version does not have. */
+SPRINGLS__FN springls_status springls__unknown(springls_context *ctx, const char *what, const char *name, size_t length)
+{
+    char text[SPRINGLS__NAME_BYTES];
+    size_t i;
+    for (i = 0; i < length && name[i]; i++) text[i] = name[i] >= ' ' && name[i] <= '~' ? name[i] : '?';
+    text[i] = 0;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block has a %s '%s', of a newer version", what, text);
+}
+
+/* Reads a section of named numbers into `to`; fails when one has an unknown name. */
+SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count, const char *data,
+                                                 uint64_t bytes, void *to)
+{
+    uint64_t i;
+    for (i = 0; i < bytes / SPRINGLS__NAMED_BYTES; i++) {
+        const char *entry = data + i * SPRINGLS__NAMED_BYTES;
+        const springls__named *number = springls__find_named(list, count, entry);
+        if (!number) return springls__unknown(ctx, "number", entry, SPRINGLS__NAME_BYTES - 1);
+        springls__copy_numbers((char *)to + number->offset, entry + SPRINGLS__NAME_BYTES, 1, number->bytes);
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- sections ---- */
+
+/* Lists the sections in the order in which they are written. */
 typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
+    SPRINGLS__SECTION_NUMBERS,
+    SPRINGLS__SECTION_PARAMS,
+    SPRINGLS__SECTION_GRID,
+    SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
@@ -19753,71 +20179,131 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
-typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none, its
+   numbers are 0. */
+typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+
+#define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
+
+/* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
+static const springls__section_info springls__section_list[] = {
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+};
+enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
+
+/* Has no value when a section has no row. */
+typedef char springls__all_sections_have_tags[(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
+
+/* A reader may skip a section with this flag that it does not know. */
+enum { SPRINGLS__SECTION_OPTIONAL = 1 };
+
+/* Returns the attribute of a section; -1: it is no attribute's. */
+SPRINGLS__FN int springls__attribute_of(int section)
+{
+    int a = section - SPRINGLS__SECTION_VALUES;
+    return a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES ? a : -1;
+}
+
+SPRINGLS__FN const springls__section_info *springls__section_of(int section)
+{
+    int row;
+    if (springls__attribute_of(section) >= 0) section = SPRINGLS__SECTION_VALUES;
+    for (row = 0; springls__section_list[row].section != section; row++) continue;
+    return &springls__section_list[row];
+}
+
+/* Holds where a block has the data of each section, and how many bytes; at 0: it does not have it. */
+typedef struct springls__layout {
+    uint64_t at[SPRINGLS__SECTIONS], bytes[SPRINGLS__SECTIONS], size;
+    uint32_t count;
+} springls__layout;
 
 SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
 
-/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
+/* Returns the bytes that a section has without padding; 0 when the snapshot has none. */
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
-    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float), count = (uint64_t)s->springls;
     const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
-    int a = section - SPRINGLS__SECTION_VALUES;
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
-        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    int a = springls__attribute_of(section);
+    if (a >= 0)
+        return a < s->attributes ? SPRINGLS__ATTRIBUTE_BYTES + count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    if (section == SPRINGLS__SECTION_OF(S)) return count * SPRINGLS__SPRINGL_BYTES;
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return count * springls__element_size((springls__array)(section - SPRINGLS__SECTION_SET));
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_PARAMS: return (uint64_t)SPRINGLS__PARAMS_NAMED * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
+    case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
-    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
-    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
-    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
-    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
-    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
     }
 }
 
+SPRINGLS__FN uint64_t springls__padded(uint64_t bytes) { return (bytes + 7) / 8 * 8; }
+
+/* Places the sections of a block; empty ones are left out. */
 SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
 {
     springls__layout layout;
-    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
     int section;
+    memset(&layout, 0, sizeof layout);
+    layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
-        layout.at[section] = at;
-        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+        uint64_t bytes = springls__section_bytes(g, s, section);
+        if (!bytes) continue;
+        layout.count++;
+        layout.bytes[section] = bytes;
+        layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;
+        layout.size = layout.at[section] + springls__padded(bytes);
     }
-    layout.at[SPRINGLS__SECTIONS] = at;
     return layout;
 }
 
-/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
-SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
-{
-    const uint64_t prime = 1099511628211u;
-    const char *p = (const char *)data;
-    uint64_t chain[4], word;
-    size_t i, k;
-    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
-    for (i = 0; i + 32 <= bytes; i += 32)
-        for (k = 0; k < 4; k++) {
-            memcpy(&word, p + i + 8 * k, 8);
-            chain[k] = (chain[k] ^ word) * prime;
-            chain[k] ^= chain[k] >> 29;
-        }
-    for (k = 0; i < bytes; i += 8, k++) {
-        word = 0;
-        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
-        chain[k] = (chain[k] ^ word) * prime;
-    }
-    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
-    return chain[0];
-}
+/* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes (snapshot_format.h). What can be
+   computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots.
+   springls_restore checks everything and allocates all memory before the model changes. */
 
 /* ---- writing ---- */
 
@@ -19835,40 +20321,65 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
     const springls__surface *original = &ctx->original;
-    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value, true);
     int i, bricks = (int)springls__brick_count(g);
     if (ctx->reference_stamp) return ctx->reference_stamp;
     for (i = 0; i < bricks; i++) {
         int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
         if (side == SPRINGLS__OUTSIDE) continue;
-        stamp = springls__checksum(stamp, &i, sizeof i);
-        stamp = springls__checksum(stamp, &side, sizeof side);
+        stamp = springls__checksum(stamp, &i, sizeof i, true);
+        stamp = springls__checksum(stamp, &side, sizeof side, true);
         if (side >= SPRINGLS__FIRST_SLOT)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
-                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float), true);
     }
-    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
-    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3), true);
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int), true);
     return ctx->reference_stamp = stamp | 1u;
 }
 
-/* Fills the struct of numbers from the model. */
-SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+/* Describes the attributes of the model. */
+SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, springls__snapshot_state *s)
 {
     int i;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(entry->name, attribute->name, strlen(attribute->name));
+        entry->channels = attribute->channels;
+        entry->split = (int32_t)attribute->split;
+        entry->fill = (int32_t)attribute->fill;
+        entry->merge = (int32_t)attribute->merge;
+    }
+}
+
+/* Fills the statistics, but for times: they are no part of a state. */
+SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
+{
+    s->steps = stats->steps;
+    s->added = stats->added;
+    s->split = stats->split;
+    s->removed = stats->removed;
+    s->reshaped = stats->reshaped;
+    s->refused = stats->refused;
+    s->volume_correction = stats->volume_correction;
+    s->largest_displacement = stats->largest_displacement;
+    s->moving_share = stats->moving_share;
+}
+
+/* Fills the numbers from the model. */
+SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
     memset(s, 0, sizeof *s);
-    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
-    s->time = ctx->time;
-    s->reference_stamp = springls__reference_stamp(ctx);
-    s->stats = ctx->stats;
-    s->params = ctx->model.params;
-    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
     s->kind = (int32_t)kind;
+    s->time = ctx->time;
+    s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
+    s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->count = ctx->model.set.count;
+    s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
-    s->neighbors_age = ctx->neighbors_age;
-    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
     s->bricks = ctx->model.grid.active_count;
     s->components = ctx->component_count;
     s->events = ctx->event_count;
@@ -19884,102 +20395,124 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
-    s->attributes = ctx->attribute_count;
-    for (i = 0; i < s->attributes; i++) {
-        const springls__attribute *attribute = &ctx->attributes[i];
-        springls__attribute_entry *row = &s->attribute[i];
-        memcpy(row->name, attribute->name, strlen(attribute->name));
-        row->channels = attribute->channels;
-        row->split = (int32_t)attribute->split;
-        row->fill = (int32_t)attribute->fill;
-        row->merge = (int32_t)attribute->merge;
-    }
-}
-
-SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
-{
-    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+    springls__snapshot_stats(&ctx->stats, s);
+    springls__snapshot_attributes(ctx, s);
 }
 
 /* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
-    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides];
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
         if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        memcpy(numbers, &i, sizeof i);
-        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
-        numbers += sizeof i;
-        values += brick;
+        SPRINGLS__CODE(&numbers, i);
+        springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
     }
 }
 
-/* Writes the reference level set and the original surface. */
-SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
-                                          const springls__layout *layout, char *out)
+/* Writes a section of records, or an attribute. */
+SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    int32_t size[3];
+    int i, a = springls__attribute_of(section);
+    if (a >= 0) {
+        springls__attribute_entry entry = s->attribute[a];
+        springls__code_attribute(c, &entry);
+        springls__code(c, ctx->attributes[a].values.data, (size_t)s->springls * (size_t)entry.channels, sizeof(float));
+        return;
+    }
+    switch (section) {
+    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS, s); break;
+    case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
+    case SPRINGLS__SECTION_GRID:
+        for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
+        springls__code_grid(c, size, ctx->to_world);
+        break;
+    case SPRINGLS__SECTION_OF(S):
+        for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_COMPONENTS:
+        for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENTS:
+        for (i = 0; i < s->events; i++) springls__code_event(c, (springls_event *)ctx->event_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENT_PARTS:
+        for (i = 0; i < s->event_parts; i++) springls__code_part(c, (springls_component *)ctx->event_part_memory.data + i);
+        break;
+    default: break;
+    }
 }
 
-/* Writes the events. */
-SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+/* Returns the array of a section that holds an array of numbers as it is. */
+SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
 {
-    const springls_event *event = (const springls_event *)ctx->event_memory.data;
-    int i;
-    out += layout->at[SPRINGLS__SECTION_EVENTS];
-    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return ctx->memory[section - SPRINGLS__SECTION_SET].data;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return ctx->model.cells.neighbors;
+    case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
+    case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
+    default: return NULL; /* of a grid */
+    }
+}
+
+/* Writes a section's data at out + layout->at[section], but for grids. */
+SPRINGLS__FN void springls__put_section(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                        int section, char *out)
+{
+    springls__coder c = springls__writer(out + layout->at[section]);
+    size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (width == 0) springls__put_records(ctx, s, section, &c);
+    else if (memory) springls__code(&c, memory, (size_t)layout->bytes[section] / width, width);
+}
+
+/* Writes the head of a section, and zeros behind its data. */
+SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int section, char *out)
+{
+    const uint64_t end = layout->at[section] + layout->bytes[section];
+    springls__coder c = springls__writer(out + layout->at[section] - SPRINGLS__SECTION_HEAD_BYTES);
+    uint64_t bytes = layout->bytes[section];
+    char tag[4];
+    memcpy(tag, springls__section_of(section)->tag, sizeof tag);
+    springls__code(&c, tag, sizeof tag, 1);
+    springls__code_zeros(&c, 4); /* flags */
+    SPRINGLS__CODE(&c, bytes);
+    memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
 /* Writes the head of a block that is complete but for it. */
-SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 {
-    springls__snapshot_head head;
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.byte_order = SPRINGLS__BYTE_ORDER;
-    head.size = size;
-    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
+    uint32_t version = SPRINGLS__SNAPSHOT_VERSION, count = layout->count;
+    uint64_t size = layout->size;
+    uint64_t checksum = springls__checksum(size, out + SPRINGLS__HEAD_BYTES, (size_t)(size - SPRINGLS__HEAD_BYTES), false);
+    memcpy(out, springls__snapshot_magic, sizeof springls__snapshot_magic);
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, count);
+    SPRINGLS__CODE(&c, size);
+    SPRINGLS__CODE(&c, checksum);
 }
 
-/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
-                                           const springls__layout *layout, char *out)
+/* Writes the block, layout->size bytes. */
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                           char *out)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const size_t head = sizeof(springls__snapshot_head);
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
-        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
-        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        if (!layout->at[section]) continue;
+        springls__put_section_head(layout, section, out);
+        springls__put_section(ctx, s, layout, section, out);
     }
-    memset(out + head, 0, (size_t)(layout->at[0] - head));
-    memcpy(out + head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
-    springls__put_events(ctx, layout, out);
-    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
-    for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
-    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put_head(out, layout);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -19989,14 +20522,15 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
+    if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    springls__snapshot_numbers(ctx, kind, &state);
+    springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
-    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
-    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    *size = (size_t)layout.size;
+    if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
@@ -20007,23 +20541,13 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
 
 /* ---- checking ---- */
 
-/* Returns element i of a section, which need not be aligned. */
-SPRINGLS__FN int springls__int_at(const char *data, size_t i)
-{
-    int value;
-    memcpy(&value, data + i * sizeof value, sizeof value);
-    return value;
-}
-
 /* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
-    uint32_t bits, bad = 0;
-    for (i = 0; i + 4 <= bytes; i += 4) {
-        memcpy(&bits, data + i, 4);
-        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
-    }
+    uint32_t bad = 0;
+    for (i = 0; i < bytes / 4; i++)
+        bad |= (uint32_t)(((uint32_t)springls__int_at(data, (size_t)i) & 0x7f800000u) == 0x7f800000u);
     return !bad;
 }
 
@@ -20032,7 +20556,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
 {
     uint64_t i;
     bool good = true;
-    for (i = 0; i < bytes / sizeof(int); i++) {
+    for (i = 0; i < bytes / 4; i++) {
         int value = springls__int_at(data, (size_t)i);
         good = good && value >= low && value <= high;
     }
@@ -20069,23 +20593,30 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
-        && springls__policy_known((springls_policy)a->merge);
+    return true;
 }
+
+SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
+
+SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
 /* Returns whether each number alone, and those that depend on each other, can be those of a model. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
-    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
+    if (!springls__all_finite((const char *)&s->volume_correction, 4)
+        || !springls__all_finite((const char *)&s->largest_displacement, 4)
+        || !springls__all_finite((const char *)&s->moving_share, 4)) return false;
+    return (uint32_t)s->springls <= s->next_id && s->step <= 0x3fffffffu;
 }
 
 /* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
@@ -20093,9 +20624,6 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
-        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
-        return "of another grid";
     if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
@@ -20109,7 +20637,7 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION)
                                  | SPRINGLS__BIT(ERROR);
-    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(OVERLAPPED);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
     return true;
@@ -20118,15 +20646,16 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 /* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
 SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    springls__component c;
+    springls__coder c = springls__reader(data);
+    springls__component component;
     uint32_t before = 0;
     int i;
     for (i = 0; i < s->components; i++) {
-        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
-        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.view.id;
+        springls__code_component(&c, &component);
+        if (c.bad || component.view.id <= before || component.view.id > s->last_component_id) return false;
+        if (!springls__finite_double(component.target) || !springls__finite_double(component.view.volume)) return false;
+        if (!springls__grid_contains(g, component.deepest[0], component.deepest[1], component.deepest[2])) return false;
+        before = component.view.id;
     }
     return true;
 }
@@ -20134,15 +20663,26 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
 /* Returns whether the events have as many parts as there are. */
 SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
 {
+    springls__coder c = springls__reader(data);
     springls_event event;
     int64_t parts = 0;
     int i;
     for (i = 0; i < s->events; i++) {
-        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-        if (event.before_count < 0 || event.after_count < 0) return false;
+        springls__code_event(&c, &event);
+        if (c.bad || event.before_count < 0 || event.after_count < 0) return false;
         parts += (int64_t)event.before_count + event.after_count;
     }
     return parts == s->event_parts;
+}
+
+/* Returns whether the parts of events can be loaded; nothing depends on their numbers. */
+SPRINGLS__FN bool springls__event_parts_good(const springls__snapshot_state *s, const char *data)
+{
+    springls__coder c = springls__reader(data);
+    springls_component part;
+    int i;
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&c, &part);
+    return !c.bad;
 }
 
 /* Returns whether a section has valid elements. */
@@ -20150,66 +20690,159 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
                                          const springls__layout *layout, const char *block, int section)
 {
     const char *data = block + layout->at[section];
-    const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
-    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+    const uint64_t bytes = layout->bytes[section];
+    if (springls__attribute_of(section) >= 0)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return springls__springl_array_good(section - SPRINGLS__SECTION_SET, data, bytes);
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_NUMBERS:
+    case SPRINGLS__SECTION_PARAMS:
+    case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return !bytes
-            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
-    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
+    case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
     }
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether the block has the sections that its numbers promise, and these have valid elements. */
+SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     int section;
-    for (section = 0; section < SPRINGLS__SECTIONS; section++)
-        if (!springls__section_good(g, s, layout, block, section)) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
+        const uint64_t bytes = springls__section_bytes(g, s, section);
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (layout->bytes[section] != bytes) return false;
+    }
+    if (s->events == 0 && s->event_parts > 0) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
+        if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
 }
 
-/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
-SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+/* Returns why a block cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, uint32_t *sections)
 {
-    springls__snapshot_head head;
-    memcpy(&head, block, sizeof head);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
-    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
-        return "of another version or machine";
-    if (head.size != size) return "not as long as it says";
-    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
+    uint32_t version;
+    uint64_t bytes, checksum;
+    if (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, *sections);
+    SPRINGLS__CODE(&c, bytes);
+    SPRINGLS__CODE(&c, checksum);
+    if (version != SPRINGLS__SNAPSHOT_VERSION) return "of another version of the format";
+    if (bytes != size) return "not as long as it says";
+    if (checksum != springls__checksum(bytes, block + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false)) return "damaged";
     return NULL;
+}
+
+/* Returns the section of a tag, for an attribute the first that has no place yet; -1: none. */
+SPRINGLS__FN int springls__section_of_tag(const springls__layout *layout, const char *tag)
+{
+    int row, section;
+    for (row = 0; row < SPRINGLS__SECTION_ROWS; row++)
+        if (memcmp(springls__section_list[row].tag, tag, 4) == 0) break;
+    if (row == SPRINGLS__SECTION_ROWS) return -1;
+    section = springls__section_list[row].section;
+    while (springls__attribute_of(section) >= 0 && layout->at[section]) section++;
+    return section;
+}
+
+/* Finds the sections of a block. Those that are unknown and optional are skipped. */
+SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, const char *block, size_t size, uint32_t count,
+                                                     springls__layout *layout)
+{
+    const char *const damaged = "restore: the block is damaged";
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
+    uint32_t i, flags;
+    memset(layout, 0, sizeof *layout);
+    for (i = 0; i < count; i++) {
+        springls__coder c;
+        int section;
+        if (size - at < SPRINGLS__SECTION_HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        c = springls__reader(block + at + 4);
+        SPRINGLS__CODE(&c, flags);
+        SPRINGLS__CODE(&c, bytes);
+        section = springls__section_of_tag(layout, block + at);
+        if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
+            return springls__unknown(ctx, "section", block + at, 4);
+        at += SPRINGLS__SECTION_HEAD_BYTES;
+        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (section >= 0) {
+            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            layout->at[section] = at;
+            layout->bytes[section] = bytes;
+        }
+        at += springls__padded(bytes);
+    }
+    return at == size ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+}
+
+/* Reads the heads of the attributes. */
+SPRINGLS__FN bool springls__entries_read(const springls__layout *layout, const char *block, springls__snapshot_state *s)
+{
+    int i;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return false;
+    for (i = 0; i < s->attributes; i++) {
+        const int section = SPRINGLS__SECTION_VALUES + i;
+        springls__coder c = springls__reader(block + layout->at[section]);
+        if (!layout->at[section] || layout->bytes[section] < SPRINGLS__ATTRIBUTE_BYTES) return false;
+        springls__code_attribute(&c, &s->attribute[i]);
+        if (c.bad) return false;
+    }
+    return true;
+}
+
+/* Reads the numbers of a block, and checks them. */
+SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *ctx, const char *block,
+                                                             const springls__layout *layout, springls__snapshot_state *s)
+{
+    const uint64_t *at = layout->at, *bytes = layout->bytes;
+    springls__coder c = springls__reader(block + at[SPRINGLS__SECTION_GRID]);
+    const char *fault;
+    int32_t size[3];
+    double to_world[12];
+    memset(s, 0, sizeof *s);
+    s->params = springls_default_params();
+    if (bytes[SPRINGLS__SECTION_GRID] != SPRINGLS__GRID_BYTES || bytes[SPRINGLS__SECTION_NUMBERS] % SPRINGLS__NAMED_BYTES
+        || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
+    springls__code_grid(&c, size, to_world);
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->to_world, sizeof to_world) != 0)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
+                                      bytes[SPRINGLS__SECTION_NUMBERS], s));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
+                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
 /* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    const springls__grid *g = &ctx->model.grid;
     const char *fault;
-    if (size < sizeof(springls__snapshot_head) + sizeof *s)
-        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
-    fault = springls__head_fault(block, size);
-    if (!fault) fault = springls__numbers_fault(ctx, s);
-    if (!fault) {
-        *layout = springls__layout_of(g, s);
-        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
-    }
-    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+    uint32_t sections = 0;
+    if (size < SPRINGLS__HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    fault = springls__head_fault(block, size, &sections);
+    if (fault) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault);
+    SPRINGLS__TRY(springls__find_sections(ctx, block, size, sections, layout));
+    SPRINGLS__TRY(springls__snapshot_numbers_read(ctx, block, layout, s));
+    if (springls__sections_good(&ctx->model.grid, s, layout, block)) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
 }
 
 /* ---- restoring ---- */
@@ -20220,9 +20853,9 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     springls__surface *original = &ctx->original;
     size_t n = (size_t)s->original, kept = (size_t)original->count;
     int i;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
-    if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->springls, ctx->model.set.count)));
+    if (s->neighbors_age >= 0)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
@@ -20236,7 +20869,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
         size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
         if (i >= ctx->attribute_count) used = 0;
-        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->springls, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
@@ -20254,8 +20887,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
-           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+                           (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
@@ -20276,12 +20909,16 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
-/* Copies section `section` into memory that is large enough. */
-SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
-                                const springls__layout *layout, const char *block, int section)
+/* Copies the numbers of a section into memory that is large enough; zeros where the block does not have it. */
+SPRINGLS__FN void springls__get_array(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                      const char *block, int section)
 {
-    uint64_t bytes = springls__section_bytes(g, s, section);
-    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+    const size_t bytes = (size_t)springls__section_bytes(&ctx->model.grid, s, section);
+    const size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (bytes == 0) return;
+    if (layout->at[section]) springls__copy_numbers(memory, block + layout->at[section], bytes / width, width);
+    else memset(memory, 0, bytes);
 }
 
 /* Replaces the attributes by those of the snapshot. */
@@ -20292,29 +20929,41 @@ SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls
     for (i = 0; i < s->attributes; i++) {
         springls__attribute *attribute = &ctx->attributes[i];
         const springls__attribute_entry *entry = &s->attribute[i];
+        const char *values = block + layout->at[SPRINGLS__SECTION_VALUES + i] + SPRINGLS__ATTRIBUTE_BYTES;
         memcpy(attribute->name, entry->name, sizeof entry->name);
         attribute->channels = entry->channels;
         attribute->split = (springls_policy)entry->split;
         attribute->fill = (springls_policy)entry->fill;
         attribute->merge = (springls_policy)entry->merge;
-        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+        springls__copy_numbers(attribute->values.data, values, (size_t)s->springls * (size_t)entry->channels, sizeof(float));
     }
     ctx->attribute_count = s->attributes;
+}
+
+/* Replaces components and events by those of the snapshot. */
+SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    springls__coder components = springls__reader(block + layout->at[SPRINGLS__SECTION_COMPONENTS]);
+    springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
+    springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
+    int i;
+    for (i = 0; i < s->components; i++)
+        springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
+    for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&parts, (springls_component *)ctx->event_part_memory.data + i);
 }
 
 /* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
-    const springls__grid *g = &ctx->model.grid;
+    springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
-    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
-    for (i = 0; i < s->events; i++)
-        memcpy((springls_event *)ctx->event_memory.data + i,
-               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
+    for (i = 0; i < s->springls; i++) springls__code_springl(&c, &ctx->model.set.s[i]);
+    for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
+    springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -20330,24 +20979,38 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the statistics; the times stay those of the context. */
+SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
+{
+    stats->steps = s->steps;
+    stats->added = s->added;
+    stats->split = s->split;
+    stats->removed = s->removed;
+    stats->reshaped = s->reshaped;
+    stats->refused = s->refused;
+    stats->volume_correction = s->volume_correction;
+    stats->largest_displacement = s->largest_displacement;
+    stats->moving_share = s->moving_share;
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
-    ctx->model.set.count = s->count;
+    ctx->model.set.count = s->springls;
     ctx->model.set.at_edges = s->at_edges;
     ctx->model.set.next_id = s->next_id;
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->stats = s->stats;
+    springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;
@@ -20495,7 +21158,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 842 \"springls.h\"\n",
+    "#line 846 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -20601,7 +21264,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1794 \"springls.h\"\n",
+    "#line 1800 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -20680,7 +21343,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1874 \"springls.h\"\n",
+    "#line 1880 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -20765,7 +21428,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1960 \"springls.h\"\n",
+    "#line 1966 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -20841,7 +21504,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2037 \"springls.h\"\n",
+    "#line 2043 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -20862,7 +21525,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2059 \"springls.h\"\n",
+    "#line 2065 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20877,7 +21540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2075 \"springls.h\"\n",
+    "#line 2081 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21001,7 +21664,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2199 \"springls.h\"\n",
+    "#line 2205 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21027,7 +21690,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2232 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21227,7 +21890,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2433 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21242,7 +21905,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2442 \"springls.h\"\n",
+    "#line 2448 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21366,14 +22029,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2566 \"springls.h\"\n",
+    "#line 2572 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2574 \"springls.h\"\n",
+    "#line 2580 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21385,7 +22048,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2586 \"springls.h\"\n",
+    "#line 2592 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21400,7 +22063,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2602 \"springls.h\"\n",
+    "#line 2608 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21444,7 +22107,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2646 \"springls.h\"\n",
+    "#line 2652 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21459,7 +22122,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2661 \"springls.h\"\n",
+    "#line 2667 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21503,7 +22166,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2705 \"springls.h\"\n",
+    "#line 2711 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -21582,7 +22245,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2784 \"springls.h\"\n",
+    "#line 2790 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21597,7 +22260,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2800 \"springls.h\"\n",
+    "#line 2806 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21664,7 +22327,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2867 \"springls.h\"\n",
+    "#line 2873 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21679,7 +22342,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2882 \"springls.h\"\n",
+    "#line 2888 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -21746,7 +22409,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2950 \"springls.h\"\n",
+    "#line 2956 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22082,7 +22745,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3287 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22523,7 +23186,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3729 \"springls.h\"\n",
+    "#line 3735 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -22699,7 +23362,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3906 \"springls.h\"\n",
+    "#line 3912 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -22872,11 +23535,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4080 \"springls.h\"\n",
+    "#line 4086 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
-    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */\n",
+    "#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */\n",
     "#define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */\n",
     "\n",
     "/* The surface around a place as its springls span it, for estimates. */\n",
@@ -22953,14 +23616,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels\n",
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
-    "   count by as much as the surface has become thinner, as without a change of volume. */\n",
+    "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
+    "   than a voxel are of two sheets, and count in full. */\n",
     "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
     "    springls__span span = springls__span_at(model, p, n, a, known);\n",
     "    springls__span_sums sums;\n",
-    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;\n",
+    "    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;\n",
     "    int i, spare;\n",
     "    if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;\n",
     "    sums = springls__sum_residuals(model, &span, known);\n",
@@ -22972,8 +23636,9 @@ static const char *const springls__kernel_lines[] = {
     "    height = span.solution.x[0][0] * thinner;\n",
     "    shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]\n",
     "           + span.solution.x[3][0] * span.solution.x[3][0];\n",
-    "    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height\n",
-    "                          + sums.error2 / sums.weight);\n",
+    "    residual2 = sums.a2 + sums.height2 * thinner * thinner;\n",
+    "    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);\n",
+    "    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);\n",
     "}\n",
     "\n",
     "/* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of\n",
@@ -22989,7 +23654,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4198 \"springls.h\"\n",
+    "#line 4206 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23111,12 +23776,18 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);\n",
     "}\n",
     "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "}\n",
+    "\n",
     "/* The points of a springl that move: its particle, and its vertices. */\n",
     "#define SPRINGLS__MOVERS 4\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
     "\n",
-    "#line 4325 \"springls.h\"\n",
+    "#line 4339 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23131,7 +23802,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4341 \"springls.h\"\n",
+    "#line 4355 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -23161,19 +23832,27 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
-    "                                                       float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
     "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
     "                                            SPRINGLS__W(length2)(k4));\n",
-    "    SPRINGLS__NUM sum = half_time * SPRINGLS__W(length2)(SPRINGLS__W(sub)(k3, k2)) + all * SPRINGLS__W(length2)(bend);\n",
-    "    SPRINGLS__NUM error = springls__fabs(dt) * sum / SPRINGLS__W(sqrt)(speed2);\n",
-    "    return SPRINGLS__W(select)(speed2 > 0.0f, error, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
     "}\n",
     "\n",
     "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
@@ -23265,21 +23944,24 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
-    "   the flow at each point and the push at the particle. */\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__W(movers) at, int k)\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    SPRINGLS__NUM3 push = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
     "    SPRINGLS__W(movers) slope;\n",
     "    int m;\n",
     "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    if (!model->params.vertex_velocity) {\n",
-    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(flow_at)(model, rule, at.x[0], k));\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
     "        return slope;\n",
     "    }\n",
-    "    push = SPRINGLS__W(pushed)(model, rule, at, push);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(SPRINGLS__W(flow_at)(model, rule, at.x[m], k), push);\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
     "    return slope;\n",
     "}\n",
     "\n",
@@ -23292,22 +23974,39 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
     "/* Returns the displacements of points at `at`. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                                   SPRINGLS__W(movers) at)\n",
     "{\n",
     "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    int k, m;\n",
     "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
     "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
     "    }\n",
-    "    if (!rule->euler)\n",
-    "        at.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], rule->dt);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        at.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
-    "                              : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
-    "    return at;\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
     "}\n",
     "\n",
     "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
@@ -23405,7 +24104,7 @@ static const char *const springls__kernel_lines[] = {
     "    d.error = SPRINGLS__W(load)(error);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);\n",
     "}\n",
-    "#line 4615 \"springls.h\"\n",
+    "#line 4657 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23420,7 +24119,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4630 \"springls.h\"\n",
+    "#line 4672 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -23450,19 +24149,27 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference\n",
-    "   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is\n",
-    "   16/120 of the first term. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
-    "                                                       float dt)\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
     "{\n",
-    "    const float half_time = 0.1f, all = 0.04f;\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
     "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
     "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
     "                                            SPRINGLS__W(length2)(k4));\n",
-    "    SPRINGLS__NUM sum = half_time * SPRINGLS__W(length2)(SPRINGLS__W(sub)(k3, k2)) + all * SPRINGLS__W(length2)(bend);\n",
-    "    SPRINGLS__NUM error = springls__fabs(dt) * sum / SPRINGLS__W(sqrt)(speed2);\n",
-    "    return SPRINGLS__W(select)(speed2 > 0.0f, error, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
     "}\n",
     "\n",
     "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
@@ -23554,21 +24261,24 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
-    "   the flow at each point and the push at the particle. */\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__W(movers) at, int k)\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    SPRINGLS__NUM3 push = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
     "    SPRINGLS__W(movers) slope;\n",
     "    int m;\n",
     "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    if (!model->params.vertex_velocity) {\n",
-    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(flow_at)(model, rule, at.x[0], k));\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
     "        return slope;\n",
     "    }\n",
-    "    push = SPRINGLS__W(pushed)(model, rule, at, push);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(SPRINGLS__W(flow_at)(model, rule, at.x[m], k), push);\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
     "    return slope;\n",
     "}\n",
     "\n",
@@ -23581,22 +24291,39 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
     "/* Returns the displacements of points at `at`. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                                   SPRINGLS__W(movers) at)\n",
     "{\n",
     "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    int k, m;\n",
     "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
     "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
     "    }\n",
-    "    if (!rule->euler)\n",
-    "        at.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], rule->dt);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        at.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
-    "                              : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
-    "    return at;\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
     "}\n",
     "\n",
     "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
@@ -23694,7 +24421,7 @@ static const char *const springls__kernel_lines[] = {
     "    d.error = SPRINGLS__W(load)(error);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);\n",
     "}\n",
-    "#line 4904 \"springls.h\"\n",
+    "#line 4974 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -23711,7 +24438,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5414 \"springls.h\"\n",
+    "#line 5484 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23737,7 +24464,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5441 \"springls.h\"\n",
+    "#line 5511 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23806,7 +24533,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5511 \"springls.h\"\n",
+    "#line 5581 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -23908,7 +24635,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5614 \"springls.h\"\n",
+    "#line 5684 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -23999,7 +24726,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5706 \"springls.h\"\n",
+    "#line 5776 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24217,7 +24944,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5925 \"springls.h\"\n",
+    "#line 5995 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24343,7 +25070,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6052 \"springls.h\"\n",
+    "#line 6122 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24419,7 +25146,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6129 \"springls.h\"\n",
+    "#line 6199 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24434,7 +25161,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6144 \"springls.h\"\n",
+    "#line 6214 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24449,7 +25176,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6160 \"springls.h\"\n",
+    "#line 6230 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24460,7 +25187,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6171 \"springls.h\"\n",
+    "#line 6241 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24475,7 +25202,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6186 \"springls.h\"\n",
+    "#line 6256 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24486,7 +25213,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6197 \"springls.h\"\n",
+    "#line 6267 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24589,7 +25316,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6301 \"springls.h\"\n",
+    "#line 6371 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25068,7 +25795,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6781 \"springls.h\"\n",
+    "#line 6851 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25175,7 +25902,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6889 \"springls.h\"\n",
+    "#line 6959 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25311,7 +26038,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7026 \"springls.h\"\n",
+    "#line 7096 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25500,7 +26227,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7216 \"springls.h\"\n",
+    "#line 7286 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -25611,7 +26338,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7328 \"springls.h\"\n",
+    "#line 7398 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25624,7 +26351,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7342 \"springls.h\"\n",
+    "#line 7412 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25970,7 +26697,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7689 \"springls.h\"\n",
+    "#line 7759 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26121,7 +26848,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7841 \"springls.h\"\n",
+    "#line 7911 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26151,7 +26878,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7871 \"springls.h\"\n",
+    "#line 7941 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26166,7 +26893,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7887 \"springls.h\"\n",
+    "#line 7957 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26335,7 +27062,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8056 \"springls.h\"\n",
+    "#line 8126 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26350,7 +27077,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8071 \"springls.h\"\n",
+    "#line 8141 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26519,7 +27246,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8240 \"springls.h\"\n",
+    "#line 8310 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26555,7 +27282,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8277 \"springls.h\"\n",
+    "#line 8347 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26679,7 +27406,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8402 \"springls.h\"\n",
+    "#line 8472 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27026,7 +27753,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8750 \"springls.h\"\n",
+    "#line 8820 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27123,7 +27850,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8848 \"springls.h\"\n",
+    "#line 8918 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27199,7 +27926,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8925 \"springls.h\"\n",
+    "#line 8995 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27435,7 +28162,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9162 \"springls.h\"\n",
+    "#line 9232 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27460,7 +28187,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9188 \"springls.h\"\n",
+    "#line 9258 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27719,7 +28446,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9448 \"springls.h\"\n",
+    "#line 9518 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -27808,7 +28535,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 27812 \"springls.h\"\n",
+    "#line 28539 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -27,19 +27,27 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Estimates the error of that step from its slopes: from the difference of the two at half time and from the second difference
-   of all, both squared and divided by the speed. The two factors are measured; where the motion is linear in space the error is
-   16/120 of the first term. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
-                                                       float dt)
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
 {
-    const float half_time = 0.1f, all = 0.04f;
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
     SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
     SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
                                             SPRINGLS__W(length2)(k4));
-    SPRINGLS__NUM sum = half_time * SPRINGLS__W(length2)(SPRINGLS__W(sub)(k3, k2)) + all * SPRINGLS__W(length2)(bend);
-    SPRINGLS__NUM error = springls__fabs(dt) * sum / SPRINGLS__W(sqrt)(speed2);
-    return SPRINGLS__W(select)(speed2 > 0.0f, error, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
 /* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
@@ -131,21 +139,24 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
 }
 
 /* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. */
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k)
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 push = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
     SPRINGLS__W(movers) slope;
     int m;
     slope.error = SPRINGLS__W(broadcast)(0.0f);
-    if (!model->params.vertex_velocity) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(flow_at)(model, rule, at.x[0], k));
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
         return slope;
     }
-    push = SPRINGLS__W(pushed)(model, rule, at, push);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(SPRINGLS__W(flow_at)(model, rule, at.x[m], k), push);
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
     return slope;
 }
 
@@ -158,22 +169,39 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
 /* Returns the displacements of points at `at`. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
                                                                    SPRINGLS__W(movers) at)
 {
     SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     int k, m;
     for (k = 0; k < (rule->euler ? 1 : 4); k++) {
         if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
     }
-    if (!rule->euler)
-        at.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], rule->dt);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                              : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    return at;
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the

@@ -325,7 +325,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+   twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
 /* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
@@ -498,12 +499,13 @@ typedef enum springls_snapshot_kind {
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
-   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+   number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
+   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
-   After any failure the model is unchanged. */
+/* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -773,7 +775,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On most motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {

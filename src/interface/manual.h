@@ -78,7 +78,8 @@
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
-     relax              every   every     lets each springl seek equilibrium with its neighbours
+     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step in models with
+                                          sharp edges, with pressure or curvature, without a velocity, or with one_to_one
      contract           Mth     -         removes, reshapes or merges springls
      resample           Mth     -         splits large springls
      relax              Mth     -
@@ -240,8 +241,9 @@
    times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
    the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
    kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. After a resampling, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured once more. A triangle's edges stay below split_edge: where springls are
+   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
+   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
+   with the surface. A triangle's edges stay below split_edge: where springls are
    further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
@@ -346,13 +348,14 @@
    springls_springl_errors estimates two errors of each springl: how far its particle is from where the motion takes its
    correspondence, and how far its correspondence is from where the particle has come from. springls_mesh_errors does the same
    for vertices. A springl that is split off or filled in gets an error from the standard error of a quadratic fit there, the
-   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration, found
-   from the slopes of the Runge-Kutta method, and of rounding; original springls have no others.
+   distance from the fit, and the errors of the springls that it was made from. Every step adds errors of integration and of
+   rounding; original springls have no others. For the error of integration the flow at each particle is evaluated twice more, at
+   the end and in the middle of the cubic through both ends of the step: Simpson's rule along it shows how far the Runge-Kutta
+   method was off. Pressure, curvature and affine maps are not evaluated again.
 
-   The estimate is larger than the error for at least 95 % of the springls on LeVeque's flow and on most motions of `make
-   motions`, which lists these shares. The median of estimate over error is 3 to 20, and more where motion runs backwards and
-   errors of integration cancel. The share is lower where steps are about as long as the field is wide, as when bodies meet and
-   are torn apart again: a smaller max_displacement helps. A springl with too few neighbors for a fit gets an estimate of 6 voxels
+   The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
+   flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
    or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 

@@ -95,64 +95,97 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
+/* Lists all members but the cookie, with their ranges. The order is of no account. */
+#define SPRINGLS__PARAMS(REAL, INTEGER)                                                                                          \
+    REAL(d_max, 0.05f, 4.0f)                                                                                                     \
+    REAL(particle_radius, 0.0f, 1.0f)                                                                                            \
+    REAL(neighbor_radius, 0.05f, 4.0f)                                                                                           \
+    INTEGER(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS)                                                                           \
+    INTEGER(relax_iterations, 0, 1000)                                                                                           \
+    INTEGER(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH)                                                       \
+    INTEGER(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR)                                                         \
+    INTEGER(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL)                                                        \
+    REAL(sharpness, 0.0f, 1000.0f)                                                                                               \
+    REAL(kappa_int, 0.0f, 100.0f)                                                                                                \
+    REAL(kappa_ext, 0.0f, 100.0f)                                                                                                \
+    REAL(relax_step_length, 0.0f, 1.0f)                                                                                          \
+    REAL(relax_step_rotation, 0.0f, 1.0f)                                                                                        \
+    REAL(contract_distance, 0.0f, 100.0f)                                                                                        \
+    REAL(min_angle, 0.0f, 60.0f)                                                                                                 \
+    REAL(max_angle, 60.0f, 180.0f)                                                                                               \
+    REAL(min_area, 0.0f, 10.0f)                                                                                                  \
+    REAL(merge_distance, 0.0f, 4.0f)                                                                                             \
+    INTEGER(keep_thin, 0, 1)                                                                                                     \
+    INTEGER(cover, 0, 1)                                                                                                         \
+    INTEGER(relax_same_side, 0, 1)                                                                                               \
+    INTEGER(reshape, 0, 1)                                                                                                       \
+    INTEGER(resample_last, 0, 1)                                                                                                 \
+    INTEGER(resample_period, 1, 1000000)                                                                                         \
+    REAL(split_edge, 0.1f, 1e6f)                                                                                                 \
+    REAL(split_area, 0.01f, 1e6f)                                                                                                \
+    INTEGER(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC)                                                    \
+    REAL(band_half_width, 2.0f, 6.0f)                                                                                            \
+    REAL(capture_range, 0.3f, 6.0f)                                                                                              \
+    INTEGER(evolve_iterations, 0, 1000)                                                                                          \
+    REAL(evolve_step, 0.0f, 1.0f)                                                                                                \
+    REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
+    REAL(curvature, -0.2f, 0.2f)                                                                                                 \
+    INTEGER(carry_level_set, 0, 1)                                                                                               \
+    INTEGER(project_level_set, 0, 1)                                                                                             \
+    INTEGER(nucleate, 0, 1)                                                                                                      \
+    INTEGER(keep_edges, 0, 1)                                                                                                    \
+    INTEGER(vertex_velocity, 0, 1)                                                                                               \
+    INTEGER(half_time_sampling, 0, 1)                                                                                            \
+    INTEGER(volume_lock, 0, 1)                                                                                                   \
+    INTEGER(split_input, 0, 1)                                                                                                   \
+    INTEGER(components, 0, 1)                                                                                                    \
+    INTEGER(project_initial, 0, 1)                                                                                               \
+    INTEGER(fill_from_springls, 0, 1)                                                                                            \
+    REAL(min_component, 0.0f, 16.0f)                                                                                             \
+    INTEGER(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED)                                                       \
+    INTEGER(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE)                                                          \
+    REAL(nearest_rule, 0.0f, 1e6f)                                                                                               \
+    INTEGER(track_iterations, 0, 1000)                                                                                           \
+    REAL(track_step, 0.0f, 1.0f)                                                                                                 \
+    INTEGER(initial_stride, 1, 4)
+
+/* Describes a member of the parameters: an enumeration counts as an integer. */
+typedef struct springls__param {
+    const char *name;
+    size_t offset;
+    bool real;
+    float low, high;
+} springls__param;
+
+#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
+#undef SPRINGLS__PARAM_REAL
+#undef SPRINGLS__PARAM_INTEGER
+#define SPRINGLS__PARAM_COUNT (sizeof springls__param_list / sizeof springls__param_list[0])
+
+/* Has no value when a member is missing from the list. */
+typedef char springls__all_params_are_listed[4 * (SPRINGLS__PARAM_COUNT + 1) == sizeof(springls_params) ? 1 : -1];
+
+/* Returns whether a member is in its range. Enumerations are read as integers, whatever value they have. */
+SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls__param *member)
+{
+    const char *at = (const char *)p + member->offset;
+    int32_t integer;
+    float real;
+    memcpy(&integer, at, sizeof integer);
+    memcpy(&real, at, sizeof real);
+    if (member->real) return real >= member->low && real <= member->high;
+    return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
+}
+
 /* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
-#define SPRINGLS__IN(member, low, high) \
-    if (!(p->member >= (low) && p->member <= (high))) return #member
+    size_t i;
     if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
-    SPRINGLS__IN(d_max, 0.05f, 4.0f);
-    SPRINGLS__IN(particle_radius, 0.0f, 1.0f);
-    SPRINGLS__IN(neighbor_radius, 0.05f, 4.0f);
-    SPRINGLS__IN(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS);
-    SPRINGLS__IN(relax_iterations, 0, 1000);
-    SPRINGLS__IN(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH);
-    SPRINGLS__IN(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR);
-    SPRINGLS__IN(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL);
-    SPRINGLS__IN(sharpness, 0.0f, 1000.0f);
-    SPRINGLS__IN(kappa_int, 0.0f, 100.0f);
-    SPRINGLS__IN(kappa_ext, 0.0f, 100.0f);
-    SPRINGLS__IN(relax_step_length, 0.0f, 1.0f);
-    SPRINGLS__IN(relax_step_rotation, 0.0f, 1.0f);
-    SPRINGLS__IN(contract_distance, 0.0f, 100.0f);
-    SPRINGLS__IN(min_angle, 0.0f, 60.0f);
-    SPRINGLS__IN(max_angle, 60.0f, 180.0f);
-    SPRINGLS__IN(min_area, 0.0f, 10.0f);
-    SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
-    SPRINGLS__IN(keep_thin, 0, 1);
-    SPRINGLS__IN(cover, 0, 1);
-    SPRINGLS__IN(relax_same_side, 0, 1);
-    SPRINGLS__IN(reshape, 0, 1);
-    SPRINGLS__IN(resample_last, 0, 1);
-    SPRINGLS__IN(resample_period, 1, 1000000);
-    SPRINGLS__IN(split_edge, 0.1f, 1e6f);
-    SPRINGLS__IN(split_area, 0.01f, 1e6f);
-    SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
-    SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
-    SPRINGLS__IN(evolve_iterations, 0, 1000);
-    SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
-    SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
-    SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(carry_level_set, 0, 1);
-    SPRINGLS__IN(project_level_set, 0, 1);
-    SPRINGLS__IN(nucleate, 0, 1);
-    SPRINGLS__IN(keep_edges, 0, 1);
-    SPRINGLS__IN(vertex_velocity, 0, 1);
-    SPRINGLS__IN(half_time_sampling, 0, 1);
-    SPRINGLS__IN(volume_lock, 0, 1);
-    SPRINGLS__IN(split_input, 0, 1);
-    SPRINGLS__IN(components, 0, 1);
-    SPRINGLS__IN(project_initial, 0, 1);
-    SPRINGLS__IN(fill_from_springls, 0, 1);
-    SPRINGLS__IN(min_component, 0.0f, 16.0f);
-    SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
-    SPRINGLS__IN(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE);
-    SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
-    SPRINGLS__IN(track_iterations, 0, 1000);
-    SPRINGLS__IN(track_step, 0.0f, 1.0f);
-    SPRINGLS__IN(initial_stride, 1, 4);
-#undef SPRINGLS__IN
+    for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
 

@@ -1,141 +1,18 @@
-/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
-   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
-   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes (snapshot_format.h). What can be
+   computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots.
+   springls_restore checks everything and allocates all memory before the model changes. */
 #ifndef SPRINGLS__OUTPUT_SNAPSHOT_H
 #define SPRINGLS__OUTPUT_SNAPSHOT_H
 
-#include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
-#include "../model/attribute_values.h"
 #include "../model/bvh.h"
 #include "../model/constellation.h"
-#include "../model/grid.h"
 #include "../model/host_access.h"
-#include "../model/parameter_sets.h"
 #include "../solver/step.h"
-#include "../stages/events.h"
-
-/* Bytes of an event without the pointers to its parts. */
-#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
-
-typedef struct springls__snapshot_head {
-    char magic[8];
-    uint32_t version, byte_order;
-    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
-} springls__snapshot_head;
-
-static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
-
-/* Describes an attribute; the policies are springls_policy. */
-typedef struct springls__attribute_entry {
-    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
-    int32_t channels, split, fill, merge;
-} springls__attribute_entry;
-
-/* Holds the numbers of a model and the sizes of its arrays. */
-typedef struct springls__snapshot_state {
-    double to_world[12], time;
-    uint64_t reference_stamp;
-    springls_stats stats;
-    springls_params params;
-    int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
-    int32_t components, events, event_parts;
-    uint8_t components_found, components_fresh, volumes_locked, pad;
-    uint32_t next_id, step, last_component_id, last_contact_body;
-    int32_t reference_bricks, original, given, has_source;
-    int32_t attributes;
-    springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
-} springls__snapshot_state;
-
-/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
-typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
-    SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
-    SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_COMPONENTS,
-    SPRINGLS__SECTION_EVENTS,
-    SPRINGLS__SECTION_EVENT_PARTS,
-    SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
-    SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
-    SPRINGLS__SECTION_REFERENCE_BRICKS,
-    SPRINGLS__SECTION_REFERENCE_PHI,
-    SPRINGLS__SECTION_ORIGINAL,
-    SPRINGLS__SECTION_SOURCE,
-    SPRINGLS__SECTIONS
-} springls__section;
-
-/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
-typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
-
-SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
-
-/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
-SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
-{
-    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
-    int a = section - SPRINGLS__SECTION_VALUES;
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
-        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
-    switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
-    case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
-    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
-    case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
-    case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
-    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
-    case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
-    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
-    case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
-    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
-    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
-    }
-}
-
-SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
-{
-    springls__layout layout;
-    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
-    int section;
-    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
-        layout.at[section] = at;
-        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
-    }
-    layout.at[SPRINGLS__SECTIONS] = at;
-    return layout;
-}
-
-/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
-SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
-{
-    const uint64_t prime = 1099511628211u;
-    const char *p = (const char *)data;
-    uint64_t chain[4], word;
-    size_t i, k;
-    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
-    for (i = 0; i + 32 <= bytes; i += 32)
-        for (k = 0; k < 4; k++) {
-            memcpy(&word, p + i + 8 * k, 8);
-            chain[k] = (chain[k] ^ word) * prime;
-            chain[k] ^= chain[k] >> 29;
-        }
-    for (k = 0; i < bytes; i += 8, k++) {
-        word = 0;
-        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
-        chain[k] = (chain[k] ^ word) * prime;
-    }
-    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
-    return chain[0];
-}
+#include "snapshot_format.h"
 
 /* ---- writing ---- */
 
@@ -153,40 +30,65 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
     const springls__surface *original = &ctx->original;
-    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value, true);
     int i, bricks = (int)springls__brick_count(g);
     if (ctx->reference_stamp) return ctx->reference_stamp;
     for (i = 0; i < bricks; i++) {
         int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
         if (side == SPRINGLS__OUTSIDE) continue;
-        stamp = springls__checksum(stamp, &i, sizeof i);
-        stamp = springls__checksum(stamp, &side, sizeof side);
+        stamp = springls__checksum(stamp, &i, sizeof i, true);
+        stamp = springls__checksum(stamp, &side, sizeof side, true);
         if (side >= SPRINGLS__FIRST_SLOT)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
-                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float), true);
     }
-    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
-    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3), true);
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int), true);
     return ctx->reference_stamp = stamp | 1u;
 }
 
-/* Fills the struct of numbers from the model. */
-SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+/* Describes the attributes of the model. */
+SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, springls__snapshot_state *s)
 {
     int i;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(entry->name, attribute->name, strlen(attribute->name));
+        entry->channels = attribute->channels;
+        entry->split = (int32_t)attribute->split;
+        entry->fill = (int32_t)attribute->fill;
+        entry->merge = (int32_t)attribute->merge;
+    }
+}
+
+/* Fills the statistics, but for times: they are no part of a state. */
+SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
+{
+    s->steps = stats->steps;
+    s->added = stats->added;
+    s->split = stats->split;
+    s->removed = stats->removed;
+    s->reshaped = stats->reshaped;
+    s->refused = stats->refused;
+    s->volume_correction = stats->volume_correction;
+    s->largest_displacement = stats->largest_displacement;
+    s->moving_share = stats->moving_share;
+}
+
+/* Fills the numbers from the model. */
+SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
     memset(s, 0, sizeof *s);
-    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
-    s->time = ctx->time;
-    s->reference_stamp = springls__reference_stamp(ctx);
-    s->stats = ctx->stats;
-    s->params = ctx->model.params;
-    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
     s->kind = (int32_t)kind;
+    s->time = ctx->time;
+    s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
+    s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->count = ctx->model.set.count;
+    s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
-    s->neighbors_age = ctx->neighbors_age;
-    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
     s->bricks = ctx->model.grid.active_count;
     s->components = ctx->component_count;
     s->events = ctx->event_count;
@@ -202,102 +104,124 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
-    s->attributes = ctx->attribute_count;
-    for (i = 0; i < s->attributes; i++) {
-        const springls__attribute *attribute = &ctx->attributes[i];
-        springls__attribute_entry *row = &s->attribute[i];
-        memcpy(row->name, attribute->name, strlen(attribute->name));
-        row->channels = attribute->channels;
-        row->split = (int32_t)attribute->split;
-        row->fill = (int32_t)attribute->fill;
-        row->merge = (int32_t)attribute->merge;
-    }
-}
-
-SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
-{
-    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+    springls__snapshot_stats(&ctx->stats, s);
+    springls__snapshot_attributes(ctx, s);
 }
 
 /* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
-    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides];
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
         if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        memcpy(numbers, &i, sizeof i);
-        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
-        numbers += sizeof i;
-        values += brick;
+        SPRINGLS__CODE(&numbers, i);
+        springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
     }
 }
 
-/* Writes the reference level set and the original surface. */
-SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
-                                          const springls__layout *layout, char *out)
+/* Writes a section of records, or an attribute. */
+SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    int32_t size[3];
+    int i, a = springls__attribute_of(section);
+    if (a >= 0) {
+        springls__attribute_entry entry = s->attribute[a];
+        springls__code_attribute(c, &entry);
+        springls__code(c, ctx->attributes[a].values.data, (size_t)s->springls * (size_t)entry.channels, sizeof(float));
+        return;
+    }
+    switch (section) {
+    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS, s); break;
+    case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
+    case SPRINGLS__SECTION_GRID:
+        for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
+        springls__code_grid(c, size, ctx->to_world);
+        break;
+    case SPRINGLS__SECTION_OF(S):
+        for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_COMPONENTS:
+        for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENTS:
+        for (i = 0; i < s->events; i++) springls__code_event(c, (springls_event *)ctx->event_memory.data + i);
+        break;
+    case SPRINGLS__SECTION_EVENT_PARTS:
+        for (i = 0; i < s->event_parts; i++) springls__code_part(c, (springls_component *)ctx->event_part_memory.data + i);
+        break;
+    default: break;
+    }
 }
 
-/* Writes the events. */
-SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+/* Returns the array of a section that holds an array of numbers as it is. */
+SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
 {
-    const springls_event *event = (const springls_event *)ctx->event_memory.data;
-    int i;
-    out += layout->at[SPRINGLS__SECTION_EVENTS];
-    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return ctx->memory[section - SPRINGLS__SECTION_SET].data;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return ctx->model.cells.neighbors;
+    case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
+    case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
+    default: return NULL; /* of a grid */
+    }
+}
+
+/* Writes a section's data at out + layout->at[section], but for grids. */
+SPRINGLS__FN void springls__put_section(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                        int section, char *out)
+{
+    springls__coder c = springls__writer(out + layout->at[section]);
+    size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (width == 0) springls__put_records(ctx, s, section, &c);
+    else if (memory) springls__code(&c, memory, (size_t)layout->bytes[section] / width, width);
+}
+
+/* Writes the head of a section, and zeros behind its data. */
+SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int section, char *out)
+{
+    const uint64_t end = layout->at[section] + layout->bytes[section];
+    springls__coder c = springls__writer(out + layout->at[section] - SPRINGLS__SECTION_HEAD_BYTES);
+    uint64_t bytes = layout->bytes[section];
+    char tag[4];
+    memcpy(tag, springls__section_of(section)->tag, sizeof tag);
+    springls__code(&c, tag, sizeof tag, 1);
+    springls__code_zeros(&c, 4); /* flags */
+    SPRINGLS__CODE(&c, bytes);
+    memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
 /* Writes the head of a block that is complete but for it. */
-SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 {
-    springls__snapshot_head head;
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.byte_order = SPRINGLS__BYTE_ORDER;
-    head.size = size;
-    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
+    uint32_t version = SPRINGLS__SNAPSHOT_VERSION, count = layout->count;
+    uint64_t size = layout->size;
+    uint64_t checksum = springls__checksum(size, out + SPRINGLS__HEAD_BYTES, (size_t)(size - SPRINGLS__HEAD_BYTES), false);
+    memcpy(out, springls__snapshot_magic, sizeof springls__snapshot_magic);
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, count);
+    SPRINGLS__CODE(&c, size);
+    SPRINGLS__CODE(&c, checksum);
 }
 
-/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
-                                           const springls__layout *layout, char *out)
+/* Writes the block, layout->size bytes. */
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                           char *out)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const size_t head = sizeof(springls__snapshot_head);
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
-        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
-        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        if (!layout->at[section]) continue;
+        springls__put_section_head(layout, section, out);
+        springls__put_section(ctx, s, layout, section, out);
     }
-    memset(out + head, 0, (size_t)(layout->at[0] - head));
-    memcpy(out + head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
-    springls__put_events(ctx, layout, out);
-    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
-    for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
-    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put_head(out, layout);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -307,14 +231,15 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
+    if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    springls__snapshot_numbers(ctx, kind, &state);
+    springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
-    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
-    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    *size = (size_t)layout.size;
+    if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
@@ -325,23 +250,13 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
 
 /* ---- checking ---- */
 
-/* Returns element i of a section, which need not be aligned. */
-SPRINGLS__FN int springls__int_at(const char *data, size_t i)
-{
-    int value;
-    memcpy(&value, data + i * sizeof value, sizeof value);
-    return value;
-}
-
 /* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
-    uint32_t bits, bad = 0;
-    for (i = 0; i + 4 <= bytes; i += 4) {
-        memcpy(&bits, data + i, 4);
-        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
-    }
+    uint32_t bad = 0;
+    for (i = 0; i < bytes / 4; i++)
+        bad |= (uint32_t)(((uint32_t)springls__int_at(data, (size_t)i) & 0x7f800000u) == 0x7f800000u);
     return !bad;
 }
 
@@ -350,7 +265,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
 {
     uint64_t i;
     bool good = true;
-    for (i = 0; i < bytes / sizeof(int); i++) {
+    for (i = 0; i < bytes / 4; i++) {
         int value = springls__int_at(data, (size_t)i);
         good = good && value >= low && value <= high;
     }
@@ -387,23 +302,30 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
-        && springls__policy_known((springls_policy)a->merge);
+    return true;
 }
+
+SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
+
+SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
 /* Returns whether each number alone, and those that depend on each other, can be those of a model. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
-    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
+    if (!springls__all_finite((const char *)&s->volume_correction, 4)
+        || !springls__all_finite((const char *)&s->largest_displacement, 4)
+        || !springls__all_finite((const char *)&s->moving_share, 4)) return false;
+    return (uint32_t)s->springls <= s->next_id && s->step <= 0x3fffffffu;
 }
 
 /* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
@@ -411,9 +333,6 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
-        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
-        return "of another grid";
     if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
@@ -427,7 +346,7 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION)
                                  | SPRINGLS__BIT(ERROR);
-    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(OVERLAPPED);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
     return true;
@@ -436,15 +355,16 @@ SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint
 /* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
 SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    springls__component c;
+    springls__coder c = springls__reader(data);
+    springls__component component;
     uint32_t before = 0;
     int i;
     for (i = 0; i < s->components; i++) {
-        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
-        if (c.view.id <= before || c.view.id > s->last_component_id) return false;
-        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.view.volume >= -DBL_MAX && c.view.volume <= DBL_MAX)) return false;
-        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
-        before = c.view.id;
+        springls__code_component(&c, &component);
+        if (c.bad || component.view.id <= before || component.view.id > s->last_component_id) return false;
+        if (!springls__finite_double(component.target) || !springls__finite_double(component.view.volume)) return false;
+        if (!springls__grid_contains(g, component.deepest[0], component.deepest[1], component.deepest[2])) return false;
+        before = component.view.id;
     }
     return true;
 }
@@ -452,15 +372,26 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
 /* Returns whether the events have as many parts as there are. */
 SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
 {
+    springls__coder c = springls__reader(data);
     springls_event event;
     int64_t parts = 0;
     int i;
     for (i = 0; i < s->events; i++) {
-        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-        if (event.before_count < 0 || event.after_count < 0) return false;
+        springls__code_event(&c, &event);
+        if (c.bad || event.before_count < 0 || event.after_count < 0) return false;
         parts += (int64_t)event.before_count + event.after_count;
     }
     return parts == s->event_parts;
+}
+
+/* Returns whether the parts of events can be loaded; nothing depends on their numbers. */
+SPRINGLS__FN bool springls__event_parts_good(const springls__snapshot_state *s, const char *data)
+{
+    springls__coder c = springls__reader(data);
+    springls_component part;
+    int i;
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&c, &part);
+    return !c.bad;
 }
 
 /* Returns whether a section has valid elements. */
@@ -468,66 +399,159 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
                                          const springls__layout *layout, const char *block, int section)
 {
     const char *data = block + layout->at[section];
-    const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
-    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+    const uint64_t bytes = layout->bytes[section];
+    if (springls__attribute_of(section) >= 0)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
+        return springls__springl_array_good(section - SPRINGLS__SECTION_SET, data, bytes);
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_NUMBERS:
+    case SPRINGLS__SECTION_PARAMS:
+    case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return !bytes
-            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
-    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
+    case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
     }
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether the block has the sections that its numbers promise, and these have valid elements. */
+SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     int section;
-    for (section = 0; section < SPRINGLS__SECTIONS; section++)
-        if (!springls__section_good(g, s, layout, block, section)) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
+        const uint64_t bytes = springls__section_bytes(g, s, section);
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (layout->bytes[section] != bytes) return false;
+    }
+    if (s->events == 0 && s->event_parts > 0) return false;
+    for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
+        if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
 }
 
-/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
-SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+/* Returns why a block cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, uint32_t *sections)
 {
-    springls__snapshot_head head;
-    memcpy(&head, block, sizeof head);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
-    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
-        return "of another version or machine";
-    if (head.size != size) return "not as long as it says";
-    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
+    uint32_t version;
+    uint64_t bytes, checksum;
+    if (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
+    SPRINGLS__CODE(&c, version);
+    SPRINGLS__CODE(&c, *sections);
+    SPRINGLS__CODE(&c, bytes);
+    SPRINGLS__CODE(&c, checksum);
+    if (version != SPRINGLS__SNAPSHOT_VERSION) return "of another version of the format";
+    if (bytes != size) return "not as long as it says";
+    if (checksum != springls__checksum(bytes, block + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false)) return "damaged";
     return NULL;
+}
+
+/* Returns the section of a tag, for an attribute the first that has no place yet; -1: none. */
+SPRINGLS__FN int springls__section_of_tag(const springls__layout *layout, const char *tag)
+{
+    int row, section;
+    for (row = 0; row < SPRINGLS__SECTION_ROWS; row++)
+        if (memcmp(springls__section_list[row].tag, tag, 4) == 0) break;
+    if (row == SPRINGLS__SECTION_ROWS) return -1;
+    section = springls__section_list[row].section;
+    while (springls__attribute_of(section) >= 0 && layout->at[section]) section++;
+    return section;
+}
+
+/* Finds the sections of a block. Those that are unknown and optional are skipped. */
+SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, const char *block, size_t size, uint32_t count,
+                                                     springls__layout *layout)
+{
+    const char *const damaged = "restore: the block is damaged";
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
+    uint32_t i, flags;
+    memset(layout, 0, sizeof *layout);
+    for (i = 0; i < count; i++) {
+        springls__coder c;
+        int section;
+        if (size - at < SPRINGLS__SECTION_HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        c = springls__reader(block + at + 4);
+        SPRINGLS__CODE(&c, flags);
+        SPRINGLS__CODE(&c, bytes);
+        section = springls__section_of_tag(layout, block + at);
+        if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
+            return springls__unknown(ctx, "section", block + at, 4);
+        at += SPRINGLS__SECTION_HEAD_BYTES;
+        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (section >= 0) {
+            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            layout->at[section] = at;
+            layout->bytes[section] = bytes;
+        }
+        at += springls__padded(bytes);
+    }
+    return at == size ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+}
+
+/* Reads the heads of the attributes. */
+SPRINGLS__FN bool springls__entries_read(const springls__layout *layout, const char *block, springls__snapshot_state *s)
+{
+    int i;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return false;
+    for (i = 0; i < s->attributes; i++) {
+        const int section = SPRINGLS__SECTION_VALUES + i;
+        springls__coder c = springls__reader(block + layout->at[section]);
+        if (!layout->at[section] || layout->bytes[section] < SPRINGLS__ATTRIBUTE_BYTES) return false;
+        springls__code_attribute(&c, &s->attribute[i]);
+        if (c.bad) return false;
+    }
+    return true;
+}
+
+/* Reads the numbers of a block, and checks them. */
+SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *ctx, const char *block,
+                                                             const springls__layout *layout, springls__snapshot_state *s)
+{
+    const uint64_t *at = layout->at, *bytes = layout->bytes;
+    springls__coder c = springls__reader(block + at[SPRINGLS__SECTION_GRID]);
+    const char *fault;
+    int32_t size[3];
+    double to_world[12];
+    memset(s, 0, sizeof *s);
+    s->params = springls_default_params();
+    if (bytes[SPRINGLS__SECTION_GRID] != SPRINGLS__GRID_BYTES || bytes[SPRINGLS__SECTION_NUMBERS] % SPRINGLS__NAMED_BYTES
+        || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
+    springls__code_grid(&c, size, to_world);
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->to_world, sizeof to_world) != 0)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
+                                      bytes[SPRINGLS__SECTION_NUMBERS], s));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
+                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
 /* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    const springls__grid *g = &ctx->model.grid;
     const char *fault;
-    if (size < sizeof(springls__snapshot_head) + sizeof *s)
-        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
-    fault = springls__head_fault(block, size);
-    if (!fault) fault = springls__numbers_fault(ctx, s);
-    if (!fault) {
-        *layout = springls__layout_of(g, s);
-        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
-    }
-    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+    uint32_t sections = 0;
+    if (size < SPRINGLS__HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    fault = springls__head_fault(block, size, &sections);
+    if (fault) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault);
+    SPRINGLS__TRY(springls__find_sections(ctx, block, size, sections, layout));
+    SPRINGLS__TRY(springls__snapshot_numbers_read(ctx, block, layout, s));
+    if (springls__sections_good(&ctx->model.grid, s, layout, block)) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
 }
 
 /* ---- restoring ---- */
@@ -538,9 +562,9 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     springls__surface *original = &ctx->original;
     size_t n = (size_t)s->original, kept = (size_t)original->count;
     int i;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
-    if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->springls, ctx->model.set.count)));
+    if (s->neighbors_age >= 0)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
@@ -554,7 +578,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
         size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
         if (i >= ctx->attribute_count) used = 0;
-        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->springls, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
@@ -572,8 +596,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
-           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+                           (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
@@ -594,12 +618,16 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
-/* Copies section `section` into memory that is large enough. */
-SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
-                                const springls__layout *layout, const char *block, int section)
+/* Copies the numbers of a section into memory that is large enough; zeros where the block does not have it. */
+SPRINGLS__FN void springls__get_array(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                      const char *block, int section)
 {
-    uint64_t bytes = springls__section_bytes(g, s, section);
-    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+    const size_t bytes = (size_t)springls__section_bytes(&ctx->model.grid, s, section);
+    const size_t width = (size_t)springls__section_of(section)->width;
+    void *memory = springls__section_memory(ctx, section);
+    if (bytes == 0) return;
+    if (layout->at[section]) springls__copy_numbers(memory, block + layout->at[section], bytes / width, width);
+    else memset(memory, 0, bytes);
 }
 
 /* Replaces the attributes by those of the snapshot. */
@@ -610,29 +638,41 @@ SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls
     for (i = 0; i < s->attributes; i++) {
         springls__attribute *attribute = &ctx->attributes[i];
         const springls__attribute_entry *entry = &s->attribute[i];
+        const char *values = block + layout->at[SPRINGLS__SECTION_VALUES + i] + SPRINGLS__ATTRIBUTE_BYTES;
         memcpy(attribute->name, entry->name, sizeof entry->name);
         attribute->channels = entry->channels;
         attribute->split = (springls_policy)entry->split;
         attribute->fill = (springls_policy)entry->fill;
         attribute->merge = (springls_policy)entry->merge;
-        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+        springls__copy_numbers(attribute->values.data, values, (size_t)s->springls * (size_t)entry->channels, sizeof(float));
     }
     ctx->attribute_count = s->attributes;
+}
+
+/* Replaces components and events by those of the snapshot. */
+SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    springls__coder components = springls__reader(block + layout->at[SPRINGLS__SECTION_COMPONENTS]);
+    springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
+    springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
+    int i;
+    for (i = 0; i < s->components; i++)
+        springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
+    for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
+    for (i = 0; i < s->event_parts; i++) springls__code_part(&parts, (springls_component *)ctx->event_part_memory.data + i);
 }
 
 /* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
-    const springls__grid *g = &ctx->model.grid;
+    springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
-    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
-    for (i = 0; i < s->events; i++)
-        memcpy((springls_event *)ctx->event_memory.data + i,
-               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
-    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
+    for (i = 0; i < s->springls; i++) springls__code_springl(&c, &ctx->model.set.s[i]);
+    for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
+    springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -648,24 +688,38 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the statistics; the times stay those of the context. */
+SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
+{
+    stats->steps = s->steps;
+    stats->added = s->added;
+    stats->split = s->split;
+    stats->removed = s->removed;
+    stats->reshaped = s->reshaped;
+    stats->refused = s->refused;
+    stats->volume_correction = s->volume_correction;
+    stats->largest_displacement = s->largest_displacement;
+    stats->moving_share = s->moving_share;
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
-    ctx->model.set.count = s->count;
+    ctx->model.set.count = s->springls;
     ctx->model.set.at_edges = s->at_edges;
     ctx->model.set.next_id = s->next_id;
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->stats = s->stats;
+    springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
     ctx->event_part_count = s->event_parts;

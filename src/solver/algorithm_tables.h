@@ -71,6 +71,23 @@ SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
         && (ctx->step.resamples || ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC);
 }
 
+/* Returns true when a flow alone moves springls, their vertices too: triangles turn as the surface does. */
+SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
+{
+    const springls_forces *forces = &ctx->step.forces;
+    if (forces->pressure || forces->pressure_batch || forces->pressure_grid.data) return false;
+    return ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f && forces->curvature_weight == 0.0f
+        && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
+}
+
+/* Returns true when springls relax and take their shares at once. Those that cover need it on resampling passes alone while a
+   flow turns them, unless they are at edges. */
+SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
+{
+    if (springls__covers_again(ctx)) return false;
+    return !ctx->model.params.cover || ctx->step.desc.one_to_one || ctx->model.set.at_edges > 0 || !springls__vertices_flow(ctx);
+}
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -262,7 +279,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
-    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
     SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
     SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
@@ -282,7 +300,8 @@ static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__MOVE,
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
     SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),

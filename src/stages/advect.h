@@ -128,21 +128,30 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
            || forces->affine_batch || forces->curvature_weight != 0.0f;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
-    for (i = 0; i < count && springls__reads_normals(forces); i++)
+    int i, count = batch->count;
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -168,10 +177,33 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+{
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < count; i++) {
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+    }
+}
+
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
     float error[SPRINGLS__ADVECT_BLOCK];
@@ -186,19 +218,22 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
         memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
         springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);

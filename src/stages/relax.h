@@ -24,7 +24,8 @@ SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
     springls__constellation_moved(ctx);
 }
 
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
+/* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
+SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool covers)
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
@@ -42,7 +43,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
-            return params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
+            return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
         springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
@@ -58,6 +59,9 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         return SPRINGLS_OK;
     }
 }
+
+SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
+SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
 
 /* Gives springls their shares again, after some have come or gone. */
 SPRINGLS__FN springls_status springls__cover(springls_context *ctx)

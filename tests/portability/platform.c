@@ -1,5 +1,5 @@
-/* platform.c - one small program for every platform: prints the hashes of two models that have moved, which must be the same
-   everywhere. It is one file with the library, compiled with no flag that the library's users would not give. */
+/* platform.c - one small program for every platform: prints the hashes of models that have moved, and of the bytes of their
+   snapshots, which must be the same everywhere; so what one platform writes, every other reads. It is one file with the library, compiled with no flag that the library's users would not give. */
 #define SPRINGLS_IMPLEMENTATION
 #include "../../springls.h"
 #include <stdio.h>
@@ -16,6 +16,29 @@ static void stretch(void *user, const float *x, int count, float time, float *v)
     }
 }
 
+static void print_hash(uint64_t hash, const char *name, const char *what)
+{
+    printf("%08lx%08lx %s%s\n", (unsigned long)(hash >> 32), (unsigned long)(hash & 0xffffffffu), name, what);
+}
+
+/* Prints the hash of a snapshot's bytes; steps once from it, and twice more after it has been restored. */
+static springls_status back_and_forth(springls_context *model, const springls_step_desc *step, const char *name)
+{
+    size_t size = 0, i;
+    springls_status status = springls_snapshot(model, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size);
+    unsigned char *block = (unsigned char *)malloc(size + 1);
+    uint64_t hash = 14695981039346656037u;
+    if (!block) return SPRINGLS_OUT_OF_MEMORY;
+    if (status == SPRINGLS_OK) status = springls_snapshot(model, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size);
+    for (i = 0; i < size; i++) hash = (hash ^ block[i]) * 1099511628211u;
+    if (status == SPRINGLS_OK) status = springls_step(model, step);
+    if (status == SPRINGLS_OK) status = springls_restore(model, block, size);
+    free(block);
+    print_hash(hash, name, ", bytes of a snapshot");
+    for (i = 0; i < 2 && status == SPRINGLS_OK; i++) status = springls_step(model, step);
+    return status;
+}
+
 /* Prints the hash of a ball after some steps in a flow; returns what the process shall. */
 static int run(const char *name, springls_params params, springls_velocity_fn flow, void *user)
 {
@@ -25,7 +48,6 @@ static int run(const char *name, springls_params params, springls_velocity_fn fl
     springls_sphere ball = { { 16, 18, 15 }, 7 };
     springls_context *model;
     springls_status status;
-    uint64_t hash;
     int i;
     memset(&desc, 0, sizeof desc);
     memset(&step, 0, sizeof step);
@@ -39,9 +61,9 @@ static int run(const char *name, springls_params params, springls_velocity_fn fl
     if (springls_create(&desc, &model) != SPRINGLS_OK) return 1;
     status = springls_set_implicit(model, springls_implicit_sphere, &ball);
     for (i = 0; i < 12 && status == SPRINGLS_OK; i++) status = springls_step(model, &step);
-    hash = springls_state_hash(model);
+    if (status == SPRINGLS_OK) status = back_and_forth(model, &step, name);
     if (status != SPRINGLS_OK) puts(springls_last_error(model));
-    else printf("%08lx%08lx %s\n", (unsigned long)(hash >> 32), (unsigned long)(hash & 0xffffffffu), name);
+    else print_hash(springls_state_hash(model), name, "");
     springls_destroy(model);
     return status != SPRINGLS_OK;
 }

@@ -540,6 +540,90 @@ TEST errors_are_estimated(void)
     PASS();
 }
 
+/* A flow as narrow as a step of two voxels is long: it pulls both sides of a plane together and lets them out sideways, along
+   and then four times as far back. */
+enum { NARROW_SIZE = 48 };
+
+static void narrow_velocity(const double x[3], double time, double v[3])
+{
+    const double n = NARROW_SIZE, plane = 0.5 * n + 0.37, width = 0.05 * n, speed = 0.08 * n * 0.5 * fixture_pi;
+    double factor = speed * cos(0.5 * fixture_pi * time) * (time > 1.0 ? 4.0 : 1.0);
+    double side = tanh((x[0] - plane) / width), out = 0.5 / width * (1.0 - side * side);
+    v[0] = -factor * side;
+    v[1] = factor * out * (x[1] - plane);
+    v[2] = factor * out * (x[2] - plane);
+}
+
+static void narrow_flow(void *user, const float *points, int count, float time, float *out)
+{
+    int i, c;
+    (void)user;
+    for (i = 0; i < 3 * count; i += 3) {
+        double x[3], v[3];
+        for (c = 0; c < 3; c++) x[c] = (double)points[i + c];
+        narrow_velocity(x, (double)time, v);
+        for (c = 0; c < 3; c++) out[i + c] = (float)v[c];
+    }
+}
+
+static d3 exact_narrow_flow(springls__v3 a)
+{
+    const int steps = 800;
+    const double h = 2.0 / steps;
+    double x[3];
+    int i, s, c;
+    x[0] = (double)a.x;
+    x[1] = (double)a.y;
+    x[2] = (double)a.z;
+    for (i = 0; i < steps; i++) {
+        static const double part[4] = { 0.0, 0.5, 0.5, 1.0 }, weight[4] = { 1.0, 2.0, 2.0, 1.0 };
+        double k[4][3], y[3];
+        for (s = 0; s < 4; s++) {
+            for (c = 0; c < 3; c++) y[c] = x[c] + (s ? part[s] * h * k[s - 1][c] : 0.0);
+            narrow_velocity(y, (i + part[s]) * h, k[s]);
+        }
+        for (s = 0; s < 4; s++)
+            for (c = 0; c < 3; c++) x[c] += h * weight[s] / 6.0 * k[s][c];
+    }
+    return d3_make(x[0], x[1], x[2]);
+}
+
+/* The estimates also hold, and the median is a small factor, where the error is that of steps as long as the field is wide. */
+TEST errors_of_long_steps_are_estimated(void)
+{
+    springls_sphere balls[2] = { { { 0, 0, 0 }, 0.1f * NARROW_SIZE }, { { 0, 0, 0 }, 0.1f * NARROW_SIZE } };
+    springls_metasphere two;
+    springls_desc desc = fixture_desc(NARROW_SIZE, NULL);
+    springls_forces forces = fixture_forces(narrow_flow, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.25f);
+    springls_error_estimate *errors;
+    springls_context *ctx = NULL;
+    int i, k, count, within = 0, larger = 0;
+    for (k = 0; k < 2; k++) {
+        for (i = 0; i < 3; i++) balls[k].center[i] = 0.5f * NARROW_SIZE + 0.37f;
+        balls[k].center[0] += (k ? 0.11f : -0.11f) * NARROW_SIZE;
+    }
+    two.spheres = balls;
+    two.count = 2;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_metasphere, &two));
+    step.max_displacement = 2.0f;
+    for (k = 0; k < 8; k++) ASSERT_OK(springls_step(ctx, &step));
+    count = springls_count(ctx);
+    errors = (springls_error_estimate *)malloc((size_t)count * sizeof *errors);
+    ASSERT_OK(springls_springl_errors(ctx, errors));
+    for (i = 0; i < count; i++) {
+        double error = d3_distance(d3_of(fixture_particle(ctx, i)), exact_narrow_flow(ctx->model.set.a[i]));
+        within += error <= (double)errors[i].place;
+        larger += (double)errors[i].place > 6.0 * error;
+    }
+    ASSERT_GT(within, 0.95 * count);
+    ASSERT_LT(larger, 0.5 * count);
+    free(errors);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(events)
 {
     RUN_TEST(balls_merge);
@@ -550,6 +634,7 @@ SUITE(events)
     RUN_TEST(the_same_everywhere);
     RUN_TEST(corrections_are_reported);
     RUN_TEST(errors_are_estimated);
+    RUN_TEST(errors_of_long_steps_are_estimated);
     RUN_TEST(bad_calls_are_refused);
     RUN_TEST(refused_memory_is_reported);
 }

@@ -243,11 +243,11 @@ TEST damage_is_refused(void)
 /* The head says again that all is well. */
 static void seal(void *bytes, size_t size)
 {
-    springls__snapshot_head head;
-    memcpy(&head, bytes, sizeof head);
-    head.size = size;
-    head.checksum = springls__checksum(head.size, (char *)bytes + sizeof head, size - sizeof head);
-    memcpy(bytes, &head, sizeof head);
+    springls__coder c = springls__writer((char *)bytes + 16);
+    uint64_t length = size, sum;
+    sum = springls__checksum(length, (char *)bytes + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false);
+    SPRINGLS__CODE(&c, length);
+    SPRINGLS__CODE(&c, sum);
 }
 
 /* Numbers that cannot be, under a good checksum: refused, or else harmless. */
@@ -258,12 +258,14 @@ TEST lies_are_refused(int frame)
     scene s;
     block b;
     char *bytes;
-    size_t i, w, refused = 0, taken = 0, end = sizeof(springls__snapshot_head) + sizeof(springls__snapshot_state);
+    size_t i, w, refused = 0, taken = 0, end;
     ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
     ASSERT_OK(steps(&s, 2));
     ASSERT_OK(take(s.ctx, kind, &b));
     bytes = (char *)b.bytes;
-    for (i = sizeof(springls__snapshot_head); i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300))
+    end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
+    for (i = SPRINGLS__HEAD_BYTES; i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300)) {
+        if (i > 64 && i < end && i % 16 < 8 && i % 20) continue; /* most of the names */
         for (w = 0; w < (i < end ? 7u : 4u); w++) {
             springls_status status;
             uint64_t before = springls_state_hash(s.ctx);
@@ -285,6 +287,7 @@ TEST lies_are_refused(int frame)
                 memcpy(bytes + i, &kept, 4);
             }
         }
+    }
     ASSERT_GT(refused, 500u);
     springls_destroy(s.ctx);
     free(b.bytes);
@@ -428,6 +431,254 @@ TEST values_may_overflow(void)
     PASS();
 }
 
+/* ---- the format ---- */
+
+/* Two runs of the same model are the same bytes, whatever time they took; and the times of a context are its own. */
+TEST equal_states_are_equal_bytes(void)
+{
+    scene s[2];
+    block b[2];
+    springls_stats stats;
+    int i;
+    for (i = 0; i < 2; i++) {
+        ASSERT_OK(scene_begin(&s[i], LOCKED, NULL, fixture_backend(), 0));
+        ASSERT_OK(steps(&s[i], 3));
+        ASSERT_OK(take(s[i].ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b[i]));
+    }
+    ASSERT_EQ(b[0].size, b[1].size);
+    ASSERT(memcmp(b[0].bytes, b[1].bytes, b[0].size) == 0);
+    stats = springls_get_stats(s[0].ctx);
+    ASSERT_OK(steps(&s[1], 1));
+    ASSERT_OK(springls_restore(s[0].ctx, b[1].bytes, b[1].size));
+    ASSERT(memcmp(stats.seconds, springls_get_stats(s[0].ctx).seconds, sizeof stats.seconds) == 0);
+    for (i = 0; i < 2; i++) {
+        springls_destroy(s[i].ctx);
+        free(b[i].bytes);
+    }
+    PASS();
+}
+
+/* Reads a number of `width` bytes, the least significant first. */
+static uint64_t number_at(const void *bytes, size_t at, int width)
+{
+    const unsigned char *p = (const unsigned char *)bytes + at;
+    uint64_t value = 0;
+    while (width-- > 0) value = value << 8 | p[width];
+    return value;
+}
+
+/* Returns where a section's head begins; 0: there is none. */
+static size_t find_section(const block *b, const char *tag)
+{
+    size_t at = 32;
+    while (at < b->size) {
+        if (memcmp((const char *)b->bytes + at, tag, 4) == 0) return at;
+        at += 16 + ((size_t)number_at(b->bytes, at + 8, 8) + 7) / 8 * 8;
+    }
+    return 0;
+}
+
+/* Returns where the value of a number with a name is. */
+static size_t find_number(const block *b, const char *tag, const char *name)
+{
+    size_t at = find_section(b, tag), end = at + 16 + (size_t)number_at(b->bytes, at + 8, 8);
+    for (at += 16; at < end; at += 32)
+        if (strcmp((const char *)b->bytes + at, name) == 0) return at + 24;
+    return 0;
+}
+
+/* A block that was written by the first version with this format: a ball of 32 springls at 8^3 that has been turned twice. */
+static bool read_golden(block *b)
+{
+    FILE *file = fopen("tests/unit/snapshot_1.bin", "rb");
+    b->bytes = malloc(20000);
+    b->size = file && b->bytes ? fread(b->bytes, 1, 20000, file) : 0;
+    if (file) fclose(file);
+    return b->size == 15392;
+}
+
+static springls_context *golden_context(void)
+{
+    springls_desc desc = fixture_desc(8, NULL);
+    springls_context *ctx = NULL;
+    int i;
+    for (i = 0; i < 3; i++) desc.grid.spacing[i] = 0.5;
+    desc.grid.origin[1] = -2.0;
+    desc.backend = fixture_backend();
+    return springls_create(&desc, &ctx) == SPRINGLS_OK ? ctx : NULL;
+}
+
+/* What the first version has written can be read for good. */
+TEST the_first_version_can_be_read(void)
+{
+    springls_context *ctx = golden_context();
+    const springls_component *components;
+    springls_attribute_desc heat;
+    springls_params params;
+    springls_stats stats;
+    block b;
+    int count;
+    ASSERT(ctx);
+    ASSERT(read_golden(&b));
+    ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
+    ASSERT_EQ(32, springls_count(ctx));
+    ASSERT(springls_state_hash(ctx) == 0x50662682fa02ec1cu);
+    ASSERT_EQ(0.5, springls_time(ctx));
+    stats = springls_get_stats(ctx);
+    ASSERT_EQ(2, stats.steps);
+    ASSERT_EQ(0, stats.added);
+    params = springls_get_params(ctx);
+    ASSERT_EQ(4.5f, params.sharpness);
+    ASSERT_EQ(2, params.initial_stride);
+    ASSERT_EQ(1, springls_attribute_count(ctx));
+    ASSERT_OK(springls_describe_attribute(ctx, 0, &heat));
+    ASSERT_STR_EQ("heat", heat.name);
+    ASSERT_EQ(SPRINGLS_POLICY_BLEND, heat.fill);
+    ASSERT_EQ(SPRINGLS_POLICY_SHARE, heat.merge);
+    ASSERT_EQ(7.75f, springls_view_attribute(ctx, 0).data[31]);
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(1, count);
+    ASSERT_EQ(1u, components[0].id);
+    ASSERT_IN_RANGE(2.97209711, components[0].volume, 1e-8);
+    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_step(ctx, &(springls_step_desc){ NULL, SPRINGLS_MODE_FLUID, 0.1f, 0, false, false, false }));
+    springls_destroy(ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* The head and the heads of sections, byte by byte. */
+TEST bytes_are_as_documented(void)
+{
+    scene s;
+    block b;
+    size_t at, name;
+    unsigned sections = 0;
+    uint64_t bits;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(steps(&s, 2));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    ASSERT(memcmp(b.bytes, "springls\1\0\0\0", 12) == 0);
+    ASSERT_EQ((uint64_t)b.size, number_at(b.bytes, 16, 8));
+    for (at = 32; at < b.size; sections++) at += 16 + ((size_t)number_at(b.bytes, at + 8, 8) + 7) / 8 * 8;
+    ASSERT_EQ(b.size, at);
+    ASSERT_EQ((uint64_t)sections, number_at(b.bytes, 12, 4));
+    ASSERT_EQ((uint64_t)SIZE, number_at(b.bytes, find_section(&b, "GRID") + 16, 4));
+    ASSERT_EQ((uint64_t)springls_count(s.ctx), number_at(b.bytes, find_number(&b, "NUMB", "springls"), 4));
+    ASSERT_EQ(number_at(b.bytes, find_number(&b, "NUMB", "springls"), 8), number_at(b.bytes, find_section(&b, "SPRG") + 8, 8) / 48);
+    name = find_number(&b, "PARM", "sharpness");
+    ASSERT_EQ(0x40a00000u, number_at(b.bytes, name, 8)); /* 5.0f */
+    memcpy(&bits, springls_view_vertices(s.ctx).data, 8);
+    if (springls__little_endian()) ASSERT(bits == number_at(b.bytes, find_section(&b, "SPRG") + 16, 8));
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* Appends a section to a block. */
+static block with_section(const block *b, const char *tag, unsigned flags, unsigned bytes)
+{
+    block more;
+    unsigned char *end;
+    more.size = b->size + 16 + (bytes + 7) / 8 * 8;
+    more.bytes = calloc(1, more.size);
+    memcpy(more.bytes, b->bytes, b->size);
+    ((unsigned char *)more.bytes)[12]++;
+    end = (unsigned char *)more.bytes + b->size;
+    memcpy(end, tag, 4);
+    end[4] = (unsigned char)flags;
+    end[8] = (unsigned char)bytes;
+    seal(more.bytes, more.size);
+    return more;
+}
+
+static greatest_test_res is_refused_for(springls_context *ctx, const block *b, const char *reason)
+{
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_restore(ctx, b->bytes, b->size));
+    if (!strstr(springls_last_error(ctx), reason)) FAILm(springls_last_error(ctx));
+    PASS();
+}
+
+/* Sections and numbers of newer versions: skipped where they may be, refused by name otherwise. */
+TEST unknown_parts_are_named(void)
+{
+    scene s;
+    block b, more;
+    uint64_t before;
+    char *name;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    before = digest(s.ctx);
+    more = with_section(&b, "NEWS", 1, 5);
+    ASSERT_OK(springls_restore(s.ctx, more.bytes, more.size));
+    ASSERT_EQ(before, digest(s.ctx));
+    free(more.bytes);
+    more = with_section(&b, "NEWS", 0, 5);
+    CHECK_CALL(is_refused_for(s.ctx, &more, "section 'NEWS'"));
+    free(more.bytes);
+    more = with_section(&b, "MASK", 1, 8); /* there is one */
+    CHECK_CALL(is_refused_for(s.ctx, &more, "damaged"));
+    free(more.bytes);
+    name = (char *)b.bytes + find_number(&b, "NUMB", "steps") - 24;
+    memcpy(name, "stepz", 5);
+    seal(b.bytes, b.size);
+    CHECK_CALL(is_refused_for(s.ctx, &b, "number 'stepz'"));
+    memcpy(name, "steps", 5);
+    memset((char *)b.bytes + 8, 2, 1);
+    seal(b.bytes, b.size);
+    CHECK_CALL(is_refused_for(s.ctx, &b, "of another version"));
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* A number that a block does not have is 0, a parameter that of the default set. */
+TEST missing_numbers_have_defaults(void)
+{
+    scene s;
+    block b;
+    size_t at, all;
+    ASSERT_OK(scene_begin(&s, FLUID_PAPER, NULL, fixture_backend(), 0));
+    ASSERT_OK(steps(&s, 1));
+    ASSERT_EQ(0, springls_get_params(s.ctx).cover);
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    at = find_number(&b, "PARM", "cover");
+    all = find_section(&b, "PARM") + 16; /* the first takes the place of both */
+    memcpy((char *)b.bytes + at - 24, (char *)b.bytes + all, 32);
+    at = find_number(&b, "NUMB", "steps");
+    memcpy((char *)b.bytes + at - 24, (char *)b.bytes + find_section(&b, "NUMB") + 16, 32);
+    seal(b.bytes, b.size);
+    ASSERT_OK(springls_restore(s.ctx, b.bytes, b.size));
+    ASSERT_EQ(1, springls_get_params(s.ctx).cover);
+    ASSERT_EQ(0, springls_get_stats(s.ctx).steps);
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* Enumerations and booleans are checked as numbers, before they are loaded. */
+TEST enumerations_are_checked(void)
+{
+    static const char *const params[] = { "threshold", "weight", "torque", "placement", "topology", "contact" };
+    scene s;
+    block b;
+    size_t i, at[9];
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    for (i = 0; i < 6; i++) at[i] = find_number(&b, "PARM", params[i]);
+    for (; i < 9; i++) at[i] = find_section(&b, "ATTR") + 16 + 36 + 4 * (i - 6); /* its policies */
+    for (i = 0; i < 9; i++) {
+        char *byte = (char *)b.bytes + at[i], kept = *byte;
+        *byte = 77;
+        seal(b.bytes, b.size);
+        CHECK_CALL(is_refused_for(s.ctx, &b, "damaged"));
+        *byte = kept;
+    }
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -446,5 +697,11 @@ int main(int argc, char **argv)
     RUN_TEST(memory_may_run_out);
     RUN_TEST(restore_drops_the_step);
     RUN_TEST(values_may_overflow);
+    RUN_TEST(equal_states_are_equal_bytes);
+    RUN_TEST(the_first_version_can_be_read);
+    RUN_TEST(bytes_are_as_documented);
+    RUN_TEST(unknown_parts_are_named);
+    RUN_TEST(missing_numbers_have_defaults);
+    RUN_TEST(enumerations_are_checked);
     GREATEST_MAIN_END();
 }
