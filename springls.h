@@ -51,6 +51,7 @@
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
+     >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
@@ -66,14 +67,15 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
+     >>cell_list            src/model/cell_list.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
-     >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
+     >>sleep                src/stages/sleep.h
      >>evolve               src/stages/evolve.h
      >>topology             src/stages/topology.h
      >>unsigned_distance    src/stages/unsigned_distance.h
@@ -441,6 +443,17 @@
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
+
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
 
    EVENTS
 
@@ -1201,6 +1214,9 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
+                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
+                                      moves. Both all zero: everywhere                                              */
 } springls_forces;
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
@@ -1811,6 +1827,9 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1860,6 +1879,7 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__stir_arguments stir;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1893,6 +1913,7 @@ typedef union springls__arguments {
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
     X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1941,6 +1962,7 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
+    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2984,6 +3006,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
+    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
@@ -3078,6 +3103,7 @@ typedef struct springls__grid {
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
+    int some_asleep;        /* 0: all bricks are awake                                               */
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -3254,7 +3280,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
 typedef struct springls__shape {
     int size[3], bricks[3];
@@ -3690,6 +3716,7 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
     g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
+    g->awake[slot] = 0;
     g->free_slots[place] = slot;
 }
 
@@ -3718,7 +3745,14 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
-/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+/* Wakes the brick of a slot: its springls count as having stirred. */
+SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
+{
+    g->calm[slot] = 0;
+    g->awake[slot] = g->near_awake[slot] = 1;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */
 SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 {
     const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -3729,6 +3763,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
         g->omega[v] = -1.0f;
     }
     springls__clear_cells(springls__cells_of(g, slot));
+    springls__wake_slot(g, slot);
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -4297,6 +4332,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -4334,6 +4370,21 @@ SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 #define SPRINGLS__MOVERS 4
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
+SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
+{
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
@@ -4600,20 +4651,31 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes what becomes of springls first, first + 1, ... by displacements d of their points: moved_springls, moved_error, and the
-   square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM error = SPRINGLS__W(load)(model->set.error + first), d2;
+    SPRINGLS__NUM particle2, largest2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
-    int m;
+    float far[2][SPRINGLS__WIDTH];
+    int m, lane;
     d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
-    d2 = SPRINGLS__W(length2)(d.x[0]);
-    finite = d2 < 1e18f;
-    for (m = 1; m < SPRINGLS__MOVERS; m++) finite = finite & (SPRINGLS__W(length2)(d.x[m]) < 1e18f);
-    SPRINGLS__W(store)(springls__displacement2(model) + first, SPRINGLS__W(select)(finite, d2, SPRINGLS__W(broadcast)(FLT_MAX)));
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(far[0], particle2);
+    SPRINGLS__W(store)(far[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
@@ -4621,37 +4683,54 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(movers_load)(const springls__model *model, int first)
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__W(movers) at;
-    int m;
-    at.error = SPRINGLS__W(broadcast)(0.0f);
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    return at;
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule. */
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
 {
-    SPRINGLS__W(movers) at = SPRINGLS__W(movers_load)(model, first);
-    SPRINGLS__W(displaced_store)(model, rule, first, at, SPRINGLS__W(displacement_of)(model, rule, at));
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
 }
 
-/* Displaces them by x[0], x[1], ... of their particles, then from x[stride] on of their q0s, and so on; error: of each, estimated. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, int stride, const float *error)
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
 {
-    SPRINGLS__W(movers) d;
-    SPRINGLS__W(lanes) one;
-    int m, lane;
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&one, lane, x[m * stride + lane]);
-        d.x[m] = SPRINGLS__W(load_v3)(one.x, one.y, one.z);
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
     }
-    d.error = SPRINGLS__W(load)(error);
-    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
@@ -4917,20 +4996,31 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes what becomes of springls first, first + 1, ... by displacements d of their points: moved_springls, moved_error, and the
-   square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM error = SPRINGLS__W(load)(model->set.error + first), d2;
+    SPRINGLS__NUM particle2, largest2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
-    int m;
+    float far[2][SPRINGLS__WIDTH];
+    int m, lane;
     d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
-    d2 = SPRINGLS__W(length2)(d.x[0]);
-    finite = d2 < 1e18f;
-    for (m = 1; m < SPRINGLS__MOVERS; m++) finite = finite & (SPRINGLS__W(length2)(d.x[m]) < 1e18f);
-    SPRINGLS__W(store)(springls__displacement2(model) + first, SPRINGLS__W(select)(finite, d2, SPRINGLS__W(broadcast)(FLT_MAX)));
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(far[0], particle2);
+    SPRINGLS__W(store)(far[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
@@ -4938,37 +5028,54 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(movers_load)(const springls__model *model, int first)
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__W(movers) at;
-    int m;
-    at.error = SPRINGLS__W(broadcast)(0.0f);
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    return at;
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule. */
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
 {
-    SPRINGLS__W(movers) at = SPRINGLS__W(movers_load)(model, first);
-    SPRINGLS__W(displaced_store)(model, rule, first, at, SPRINGLS__W(displacement_of)(model, rule, at));
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
 }
 
-/* Displaces them by x[0], x[1], ... of their particles, then from x[stride] on of their q0s, and so on; error: of each, estimated. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, int stride, const float *error)
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
 {
-    SPRINGLS__W(movers) d;
-    SPRINGLS__W(lanes) one;
-    int m, lane;
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&one, lane, x[m * stride + lane]);
-        d.x[m] = SPRINGLS__W(load_v3)(one.x, one.y, one.z);
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
     }
-    d.error = SPRINGLS__W(load)(error);
-    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
 }
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
@@ -5125,7 +5232,10 @@ typedef struct springls__motion {
     int tries;
     springls__force_rule rule;
     float affine_weight;
+    bool has_region;        /* forces act in a region alone                                                     */
+    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
@@ -5197,6 +5307,7 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
@@ -5883,7 +5994,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);
@@ -6578,9 +6689,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -7621,9 +7732,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -7639,11 +7750,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7673,16 +7781,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -8466,6 +8577,98 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.error[i] = first.error;
     model->set.error[n] = second.error;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
+/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
+   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
+
+/* Voxel: a springl whose points have moved by less does not stir. */
+#define SPRINGLS__REST 1e-3f
+
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
+
+/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
+SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
+{
+    return springls__imin(model->params.resample_period + 1, 255);
+}
+
+/* Wakes the brick of slot i, if it is not free. */
+SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
+}
+
+/* Counts a calm step of active brick i. */
+SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    (void)args;
+    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
+{
+    if (which == SPRINGLS__STIR_CONTRACTED) {
+        uint8_t action = springls__contract_action(model)[i];
+        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
+    }
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+}
+
+/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one brick: they write the same. */
+SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = args.stir.first + i;
+    if (!springls__stirs(model, n, args.stir.which)) return;
+    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
+    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const int limit = springls__calm_limit(model);
+    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+    }
+    g->awake[g->active[i]] = (uint8_t)awake;
+}
+
+/* Finds whether active brick i or one around it is awake. */
+SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !near_awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    }
+    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
@@ -9522,6 +9725,11 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 /* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
+    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
+    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
+    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
+    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
@@ -9586,7 +9794,9 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
-    X(displace, 128, SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error))   \
+    X(displace, 128,                                                                                                             \
+      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \
+          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
@@ -10263,6 +10473,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
+    ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
@@ -10421,7 +10632,16 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
         springls__clear_cells(springls__cells_of(g, slot));
+        springls__wake_slot(g, slot);
     }
+}
+
+/* Wakes all bricks: before springls or phi change anywhere but in a step, and where all of phi is made anew. */
+SPRINGLS__FN void springls__wake_all(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_wake, ctx->model.grid.slot_count, NULL);
+    ctx->model.grid.some_asleep = 0;
+    ctx->at_rest = false;
 }
 
 /* Makes all of a grid outside; keeps memory. */
@@ -10431,6 +10651,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
+    g->some_asleep = 0;
     springls__grid_constants(ctx, g);
 }
 
@@ -10583,10 +10804,13 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
 /* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
+    springls_status status;
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    status = springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                               writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0);
+    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
@@ -10594,6 +10818,100 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 {
     springls_context *owner = (springls_context *)ctx;
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
+}
+
+/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
+
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
+SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, n = 0, *missing, origin[3];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
+    }
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
+SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t n = (size_t)ctx->model.set.count;
+    uint32_t before = 0;
+    int i;
+    if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__cell_keys(ctx));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
+    ctx->cells_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
+SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
+    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
+    }
+    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
@@ -10936,19 +11254,24 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        before[i] = set->error[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
@@ -10968,13 +11291,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
-    for (; i < count; i++) springls__displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+    for (; i < count; i++)
+        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -10983,8 +11307,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -11003,6 +11343,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
@@ -11025,15 +11366,43 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
 /* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
 SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
@@ -11041,18 +11410,21 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
    finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    springls__largest largest = springls__find_largest(motion->ctx, SPRINGLS__ROLE_ARRAY(displacement2),
-                                                       motion->ctx->model.set.count, SPRINGLS__MOVING2);
+    springls_context *ctx = motion->ctx;
+    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
+    motion->still = largest.value == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
 
-/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples. */
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
+   not skip springls outside of a region. */
 SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data)) return false;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -11106,6 +11478,14 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
     return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+}
+
 /* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
 SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
@@ -11113,9 +11493,13 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     int count = ctx->model.set.count;
     bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
+    motion->listed = NULL;
+    motion->count = springls__has_no_force(motion) ? 0 : count;
+    if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     if (by_kernel && ctx->on_device) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
@@ -11126,6 +11510,33 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
     *ctx->model.force.rule = motion->rule;
     springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
+   list. */
+SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    springls__constellation *set = &ctx->model.set;
+    uint8_t *how_far;
+    int i;
+    if (!motion->listed) {
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+        springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
+    how_far = springls__is_moving(&ctx->model);
+    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    for (i = motion->count - 1; i >= 0; i--) {
+        int to = motion->listed[i];
+        uint8_t far = how_far[i];
+        how_far[i] = SPRINGLS__MOVED_NOT;
+        how_far[to] = far;
+        set->s[to] = springls__moved_springls(&ctx->model)[i];
+        set->error[to] = springls__moved_error(&ctx->model)[i];
+    }
     return SPRINGLS_OK;
 }
 
@@ -11150,11 +11561,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
-    springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+    if (!motion->still) {
+        SPRINGLS__TRY(springls__take_moved(motion));
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
@@ -11220,100 +11632,6 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
     }
-}
-
-/* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
-   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
-   triangle does not widen every search. */
-
-/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
-SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing, origin[3];
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
-    missing = springls__missing_bricks(&ctx->model);
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
-    }
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
-
-/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
-SPRINGLS__FN void springls__count_cells(springls__model *model)
-{
-    springls__cell_list *cells = &model->cells;
-    int i;
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-    for (i = 0; i < model->set.count; i++) {
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-        springls__count_in_cell(model, i);
-    }
-}
-
-/* Builds the lists if springls have moved since they were built. */
-SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)ctx->model.set.count;
-    uint32_t before = 0;
-    int i;
-    if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_build(ctx);
-        ctx->cells_fresh = status == SPRINGLS_OK;
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    springls__count_cells(&ctx->model);
-    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
-    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    ctx->cells_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
-SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_cover_around(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
-                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
-    missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        int origin[3], at[3];
-        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
-        for (d = 0; d < 27 && around; d++)
-            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
-                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
-                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
-    }
-    return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -12013,6 +12331,48 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
             if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
+/* ======== >>sleep  (src/stages/sleep.h) ======================================================================== */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+
+/* Returns true when bricks may sleep: phi moves by the springls alone. */
+SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
+}
+
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
+   several may write to one brick. */
+SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
+{
+    springls__arguments args;
+    int i;
+    args.stir.first = first;
+    args.stir.which = which;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
+    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Finds the bricks that are awake, after the springls have moved. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -12064,6 +12424,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
@@ -13141,6 +13502,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
     springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -13190,6 +13552,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
     springls__constellation_changed(ctx);
 }
 
@@ -13405,6 +13768,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     springls__attributes_after_split(ctx, count);
@@ -14612,12 +14976,29 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14723,6 +15104,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -14742,6 +15125,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
@@ -14933,6 +15317,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     SPRINGLS__TRY(springls__finish_step(ctx));
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
+    springls__wake_all(ctx);
     ctx->calls++;
     status = springls__run_to_completion(ctx, run);
     ctx->calls--;
@@ -15312,6 +15697,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
@@ -17270,6 +17656,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     springls__use_device(ctx);
     ctx->calls++;
     status = springls__write(ctx, first, count, vertices, particles);
+    if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
     if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
     return springls__report_device_failure(ctx, status);
@@ -20167,6 +20554,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -20209,6 +20597,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
@@ -20269,6 +20658,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
@@ -20434,6 +20824,9 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         break;
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
+        break;
+    case SPRINGLS__SECTION_CALM:
+        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
         break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
@@ -20700,6 +21093,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
@@ -20893,8 +21287,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -20903,6 +21297,8 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
+        springls__wake_slot(g, slot);
+        if (calm) g->calm[slot] = (uint8_t)calm[i];
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
@@ -20965,7 +21361,8 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
+                          layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -21018,6 +21415,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
@@ -21158,7 +21556,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 846 \"springls.h\"\n",
+    "#line 859 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -21264,7 +21662,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1800 \"springls.h\"\n",
+    "#line 1816 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -21278,6 +21676,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
+    "\n",
+    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
+    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -21328,6 +21729,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
+    "    springls__stir_arguments stir;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -21343,7 +21745,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1880 \"springls.h\"\n",
+    "#line 1900 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21360,6 +21762,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
     "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -21408,6 +21811,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
+    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -21428,7 +21832,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1966 \"springls.h\"\n",
+    "#line 1988 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21504,7 +21908,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2043 \"springls.h\"\n",
+    "#line 2065 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21525,7 +21929,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2065 \"springls.h\"\n",
+    "#line 2087 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21540,7 +21944,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2081 \"springls.h\"\n",
+    "#line 2103 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21664,7 +22068,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2205 \"springls.h\"\n",
+    "#line 2227 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21690,7 +22094,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2254 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21890,7 +22294,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2433 \"springls.h\"\n",
+    "#line 2455 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21905,7 +22309,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2448 \"springls.h\"\n",
+    "#line 2470 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22029,14 +22433,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2572 \"springls.h\"\n",
+    "#line 2594 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2580 \"springls.h\"\n",
+    "#line 2602 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -22048,7 +22452,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2592 \"springls.h\"\n",
+    "#line 2614 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22063,7 +22467,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2608 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22107,7 +22511,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2652 \"springls.h\"\n",
+    "#line 2674 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22122,7 +22526,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2667 \"springls.h\"\n",
+    "#line 2689 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22166,7 +22570,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2711 \"springls.h\"\n",
+    "#line 2733 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22245,7 +22649,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2790 \"springls.h\"\n",
+    "#line 2812 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22260,7 +22664,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2806 \"springls.h\"\n",
+    "#line 2828 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22327,7 +22731,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2873 \"springls.h\"\n",
+    "#line 2895 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22342,7 +22746,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2888 \"springls.h\"\n",
+    "#line 2910 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22409,7 +22813,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2956 \"springls.h\"\n",
+    "#line 2978 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22441,6 +22845,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
+    "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
@@ -22535,6 +22942,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
+    "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
     "} springls__grid;\n",
     "\n",
     "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
@@ -22711,7 +23119,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
-    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
@@ -22745,7 +23153,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3319 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -23146,6 +23554,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "    g->slot_brick[slot] = -1;\n",
+    "    g->awake[slot] = 0;\n",
     "    g->free_slots[place] = slot;\n",
     "}\n",
     "\n",
@@ -23174,7 +23583,14 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
-    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
+    "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    g->calm[slot] = 0;\n",
+    "    g->awake[slot] = g->near_awake[slot] = 1;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */\n",
     "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
     "{\n",
     "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
@@ -23185,8 +23601,9 @@ static const char *const springls__kernel_lines[] = {
     "        g->omega[v] = -1.0f;\n",
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3735 \"springls.h\"\n",
+    "#line 3770 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23362,7 +23779,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3912 \"springls.h\"\n",
+    "#line 3947 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23535,7 +23952,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4086 \"springls.h\"\n",
+    "#line 4121 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23654,7 +24071,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4206 \"springls.h\"\n",
+    "#line 4241 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23749,6 +24166,7 @@ static const char *const springls__kernel_lines[] = {
     "    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
+    "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -23786,8 +24204,23 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MOVERS 4\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
     "\n",
-    "#line 4339 \"springls.h\"\n",
+    "/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */\n",
+    "#define SPRINGLS__MOVED_NOT 0\n",
+    "#define SPRINGLS__MOVED_LESS 1\n",
+    "#define SPRINGLS__MOVED_MORE 2\n",
+    "#define SPRINGLS__MOVED_FAR 3\n",
+    "\n",
+    "/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)\n",
+    "{\n",
+    "    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
+    "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
+    "}\n",
+    "\n",
+    "#line 4390 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23802,7 +24235,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4355 \"springls.h\"\n",
+    "#line 4406 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -24051,20 +24484,31 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes what becomes of springls first, first + 1, ... by displacements d of their points: moved_springls, moved_error, and the\n",
-    "   square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
-    "    SPRINGLS__NUM error = SPRINGLS__W(load)(model->set.error + first), d2;\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
-    "    int m;\n",
+    "    float far[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
     "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
-    "    d2 = SPRINGLS__W(length2)(d.x[0]);\n",
-    "    finite = d2 < 1e18f;\n",
-    "    for (m = 1; m < SPRINGLS__MOVERS; m++) finite = finite & (SPRINGLS__W(length2)(d.x[m]) < 1e18f);\n",
-    "    SPRINGLS__W(store)(springls__displacement2(model) + first, SPRINGLS__W(select)(finite, d2, SPRINGLS__W(broadcast)(FLT_MAX)));\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(far[0], particle2);\n",
+    "    SPRINGLS__W(store)(far[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
     "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
     "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
@@ -24072,39 +24516,56 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
     "}\n",
     "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(movers_load)(const springls__model *model, int first)\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
     "{\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
-    "    SPRINGLS__W(movers) at;\n",
-    "    int m;\n",
-    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    return at;\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls first, first + 1, ... by the forces of the rule. */\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
     "{\n",
-    "    SPRINGLS__W(movers) at = SPRINGLS__W(movers_load)(model, first);\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, at, SPRINGLS__W(displacement_of)(model, rule, at));\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
     "}\n",
     "\n",
-    "/* Displaces them by x[0], x[1], ... of their particles, then from x[stride] on of their q0s, and so on; error: of each, estimated. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                const springls__v3 *x, int stride, const float *error)\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
     "{\n",
-    "    SPRINGLS__W(movers) d;\n",
-    "    SPRINGLS__W(lanes) one;\n",
-    "    int m, lane;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
-    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&one, lane, x[m * stride + lane]);\n",
-    "        d.x[m] = SPRINGLS__W(load_v3)(one.x, one.y, one.z);\n",
-    "    }\n",
-    "    d.error = SPRINGLS__W(load)(error);\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
-    "#line 4657 \"springls.h\"\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 4736 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24119,7 +24580,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4672 \"springls.h\"\n",
+    "#line 4751 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -24368,20 +24829,31 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes what becomes of springls first, first + 1, ... by displacements d of their points: moved_springls, moved_error, and the\n",
-    "   square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
-    "    SPRINGLS__NUM error = SPRINGLS__W(load)(model->set.error + first), d2;\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
-    "    int m;\n",
+    "    float far[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
     "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
-    "    d2 = SPRINGLS__W(length2)(d.x[0]);\n",
-    "    finite = d2 < 1e18f;\n",
-    "    for (m = 1; m < SPRINGLS__MOVERS; m++) finite = finite & (SPRINGLS__W(length2)(d.x[m]) < 1e18f);\n",
-    "    SPRINGLS__W(store)(springls__displacement2(model) + first, SPRINGLS__W(select)(finite, d2, SPRINGLS__W(broadcast)(FLT_MAX)));\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(far[0], particle2);\n",
+    "    SPRINGLS__W(store)(far[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
     "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
     "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
@@ -24389,39 +24861,56 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
     "}\n",
     "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(movers_load)(const springls__model *model, int first)\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
     "{\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
-    "    SPRINGLS__W(movers) at;\n",
-    "    int m;\n",
-    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    return at;\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls first, first + 1, ... by the forces of the rule. */\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
     "{\n",
-    "    SPRINGLS__W(movers) at = SPRINGLS__W(movers_load)(model, first);\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, at, SPRINGLS__W(displacement_of)(model, rule, at));\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
     "}\n",
     "\n",
-    "/* Displaces them by x[0], x[1], ... of their particles, then from x[stride] on of their q0s, and so on; error: of each, estimated. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                const springls__v3 *x, int stride, const float *error)\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
     "{\n",
-    "    SPRINGLS__W(movers) d;\n",
-    "    SPRINGLS__W(lanes) one;\n",
-    "    int m, lane;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
-    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&one, lane, x[m * stride + lane]);\n",
-    "        d.x[m] = SPRINGLS__W(load_v3)(one.x, one.y, one.z);\n",
-    "    }\n",
-    "    d.error = SPRINGLS__W(load)(error);\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
-    "#line 4974 \"springls.h\"\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 5081 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -24438,7 +24927,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5484 \"springls.h\"\n",
+    "#line 5595 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -24464,7 +24953,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5511 \"springls.h\"\n",
+    "#line 5622 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -24533,7 +25022,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5581 \"springls.h\"\n",
+    "#line 5692 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24635,7 +25124,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5684 \"springls.h\"\n",
+    "#line 5795 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24726,7 +25215,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5776 \"springls.h\"\n",
+    "#line 5887 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24837,7 +25326,7 @@ static const char *const springls__kernel_lines[] = {
     "   met, most springls that oppose it are behind it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
-    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
     "    const int enough = 2, enough_beside = 3;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -24944,7 +25433,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5995 \"springls.h\"\n",
+    "#line 6106 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -25070,7 +25559,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6122 \"springls.h\"\n",
+    "#line 6233 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -25146,7 +25635,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6199 \"springls.h\"\n",
+    "#line 6310 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -25161,7 +25650,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6214 \"springls.h\"\n",
+    "#line 6325 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25176,7 +25665,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6230 \"springls.h\"\n",
+    "#line 6341 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25187,7 +25676,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6241 \"springls.h\"\n",
+    "#line 6352 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25202,7 +25691,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6256 \"springls.h\"\n",
+    "#line 6367 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25213,7 +25702,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6267 \"springls.h\"\n",
+    "#line 6378 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -25316,7 +25805,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6371 \"springls.h\"\n",
+    "#line 6482 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25527,9 +26016,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
-    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than\n",
+    "   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
+    "SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }\n",
     "\n",
     "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
@@ -25795,7 +26284,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6851 \"springls.h\"\n",
+    "#line 6962 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25902,7 +26391,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6959 \"springls.h\"\n",
+    "#line 7070 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -26038,7 +26527,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7096 \"springls.h\"\n",
+    "#line 7207 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -26227,7 +26716,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7286 \"springls.h\"\n",
+    "#line 7397 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -26338,7 +26827,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7398 \"springls.h\"\n",
+    "#line 7509 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -26351,7 +26840,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7412 \"springls.h\"\n",
+    "#line 7523 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -26564,9 +27053,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               springls__v3 x, float *phi)\n",
+    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -26582,11 +27071,8 @@ static const char *const springls__kernel_lines[] = {
     "            edges += s->edge;\n",
     "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    if (edges == 0) return false;\n",
-    "    estimate = springls__edge_distance(&samples, x);\n",
-    "    if (estimate.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
-    "    return true;\n",
+    "    estimate.weight = estimate.distance = 0.0f;\n",
+    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -26616,16 +27102,19 @@ static const char *const springls__kernel_lines[] = {
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__estimate edge;\n",
     "    springls__projection f;\n",
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
-    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    edge.weight = edge.distance = 0.0f;\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    return springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -26697,7 +27186,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7759 \"springls.h\"\n",
+    "#line 7870 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26848,7 +27337,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7911 \"springls.h\"\n",
+    "#line 8022 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26878,7 +27367,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7941 \"springls.h\"\n",
+    "#line 8052 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26893,7 +27382,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7957 \"springls.h\"\n",
+    "#line 8068 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27062,7 +27551,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8126 \"springls.h\"\n",
+    "#line 8237 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27077,7 +27566,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8141 \"springls.h\"\n",
+    "#line 8252 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27246,7 +27735,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8310 \"springls.h\"\n",
+    "#line 8421 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -27282,7 +27771,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8347 \"springls.h\"\n",
+    "#line 8458 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27406,7 +27895,98 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8472 \"springls.h\"\n",
+    "#line 8583 \"springls.h\"\n",
+    "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
+    "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
+    "\n",
+    "/* Voxel: a springl whose points have moved by less does not stir. */\n",
+    "#define SPRINGLS__REST 1e-3f\n",
+    "\n",
+    "/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in\n",
+    "   this step; all of a range; those that contract removes or reshapes. */\n",
+    "#define SPRINGLS__STIR_AWAY 0\n",
+    "#define SPRINGLS__STIR_MOVING 1\n",
+    "#define SPRINGLS__STIR_ALL 2\n",
+    "#define SPRINGLS__STIR_CONTRACTED 3\n",
+    "\n",
+    "/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */\n",
+    "SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)\n",
+    "{\n",
+    "    return springls__imin(model->params.resample_period + 1, 255);\n",
+    "}\n",
+    "\n",
+    "/* Wakes the brick of slot i, if it is not free. */\n",
+    "SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);\n",
+    "}\n",
+    "\n",
+    "/* Counts a calm step of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
+    "    (void)args;\n",
+    "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
+    "{\n",
+    "    if (which == SPRINGLS__STIR_CONTRACTED) {\n",
+    "        uint8_t action = springls__contract_action(model)[i];\n",
+    "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
+    "    }\n",
+    "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
+    "}\n",
+    "\n",
+    "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
+    "   that of one brick: they write the same. */\n",
+    "SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int n = args.stir.first + i;\n",
+    "    if (!springls__stirs(model, n, args.stir.which)) return;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;\n",
+    "    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */\n",
+    "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int limit = springls__calm_limit(model);\n",
+    "    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;\n",
+    "    }\n",
+    "    g->awake[g->active[i]] = (uint8_t)awake;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i or one around it is awake. */\n",
+    "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (d = 0; d < 27 && !near_awake; d++) {\n",
+    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
+    "    }\n",
+    "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
+    "}\n",
+    "#line 8675 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27753,7 +28333,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8820 \"springls.h\"\n",
+    "#line 9023 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27850,7 +28430,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8918 \"springls.h\"\n",
+    "#line 9121 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27926,7 +28506,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8995 \"springls.h\"\n",
+    "#line 9198 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -28162,7 +28742,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9232 \"springls.h\"\n",
+    "#line 9435 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -28187,7 +28767,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9258 \"springls.h\"\n",
+    "#line 9461 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28446,7 +29026,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9518 \"springls.h\"\n",
+    "#line 9721 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -28454,6 +29034,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
+    "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
+    "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
+    "    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \\\n",
+    "    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
@@ -28518,7 +29103,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error))   \\\n",
+    "    X(displace, 128,                                                                                                             \\\n",
+    "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \\\n",
+    "          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
@@ -28535,7 +29122,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28539 \"springls.h\"\n",
+    "#line 29126 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -28556,10 +29143,11 @@ static const char *const springls__kernel_lines[] = {
     "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
     "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
     "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",

@@ -18,10 +18,11 @@ SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, i
     return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
 }
 
-/* Returns an array of bytes: a scratch array or edge. */
+/* Returns an array of bytes: a scratch array, edge or awake. */
 SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)
 {
     if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;
+    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;
     return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
 }
 

@@ -402,6 +402,7 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
     g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
+    g->awake[slot] = 0;
     g->free_slots[place] = slot;
 }
 
@@ -430,7 +431,14 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
-/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+/* Wakes the brick of a slot: its springls count as having stirred. */
+SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
+{
+    g->calm[slot] = 0;
+    g->awake[slot] = g->near_awake[slot] = 1;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, no springl is in its cells, and it is awake. */
 SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 {
     const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -441,6 +449,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
         g->omega[v] = -1.0f;
     }
     springls__clear_cells(springls__cells_of(g, slot));
+    springls__wake_slot(g, slot);
 }
 
 #endif

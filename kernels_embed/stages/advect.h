@@ -98,6 +98,7 @@ typedef struct springls__force_rule {
     float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
+    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -135,6 +136,21 @@ SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 #define SPRINGLS__MOVERS 4
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+
+/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
+#define SPRINGLS__MOVED_NOT 0
+#define SPRINGLS__MOVED_LESS 1
+#define SPRINGLS__MOVED_MORE 2
+#define SPRINGLS__MOVED_FAR 3
+
+/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
+SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
+{
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
+    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+}
 
 #include "../language/width_float.h"
 #include "advect_body.h"

@@ -246,20 +246,31 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes what becomes of springls first, first + 1, ... by displacements d of their points: moved_springls, moved_error, and the
-   square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM error = SPRINGLS__W(load)(model->set.error + first), d2;
+    SPRINGLS__NUM particle2, largest2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
-    int m;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
     d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
-    d2 = SPRINGLS__W(length2)(d.x[0]);
-    finite = d2 < 1e18f;
-    for (m = 1; m < SPRINGLS__MOVERS; m++) finite = finite & (SPRINGLS__W(length2)(d.x[m]) < 1e18f);
-    SPRINGLS__W(store)(springls__displacement2(model) + first, SPRINGLS__W(select)(finite, d2, SPRINGLS__W(broadcast)(FLT_MAX)));
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
@@ -267,35 +278,52 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(movers_load)(const springls__model *model, int first)
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__W(movers) at;
-    int m;
-    at.error = SPRINGLS__W(broadcast)(0.0f);
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    return at;
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule. */
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
 {
-    SPRINGLS__W(movers) at = SPRINGLS__W(movers_load)(model, first);
-    SPRINGLS__W(displaced_store)(model, rule, first, at, SPRINGLS__W(displacement_of)(model, rule, at));
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
 }
 
-/* Displaces them by x[0], x[1], ... of their particles, then from x[stride] on of their q0s, and so on; error: of each, estimated. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, int stride, const float *error)
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
 {
-    SPRINGLS__W(movers) d;
-    SPRINGLS__W(lanes) one;
-    int m, lane;
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&one, lane, x[m * stride + lane]);
-        d.x[m] = SPRINGLS__W(load_v3)(one.x, one.y, one.z);
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
     }
-    d.error = SPRINGLS__W(load)(error);
-    SPRINGLS__W(displaced_store)(model, rule, first, SPRINGLS__W(movers_load)(model, first), d);
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
 }

@@ -219,9 +219,9 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
+/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -237,11 +237,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             edges += s->edge;
             springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
+    estimate.weight = estimate.distance = 0.0f;
+    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -271,16 +268,19 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__estimate edge;
     springls__projection f;
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    edge.weight = edge.distance = 0.0f;
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    return springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry

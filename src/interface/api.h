@@ -381,6 +381,9 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
+                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
+                                      moves. Both all zero: everywhere                                              */
 } springls_forces;
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and

@@ -325,6 +325,18 @@
    A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
 
 
+   REST
+
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
+   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
+   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
+   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+
+     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+
+
    EVENTS
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero

@@ -136,6 +136,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */

@@ -69,6 +69,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
+    ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;

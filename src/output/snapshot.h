@@ -144,6 +144,9 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
         break;
+    case SPRINGLS__SECTION_CALM:
+        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
+        break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
         break;
@@ -409,6 +412,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
@@ -602,8 +606,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. */
-SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
@@ -612,6 +616,8 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->active[i] = slot;
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
+        springls__wake_slot(g, slot);
+        if (calm) g->calm[slot] = (uint8_t)calm[i];
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
@@ -674,7 +680,8 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
-    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
+                          layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
@@ -727,6 +734,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->last_contact_body = s->last_contact_body;
     ctx->components_found = s->components_found != 0;
     ctx->volumes_locked = s->volumes_locked != 0;
+    ctx->model.grid.some_asleep = 0;
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;

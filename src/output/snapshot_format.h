@@ -316,6 +316,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -358,6 +359,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
@@ -418,6 +420,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;

@@ -139,7 +139,10 @@ typedef struct springls__motion {
     int tries;
     springls__force_rule rule;
     float affine_weight;
+    bool has_region;        /* forces act in a region alone                                                     */
+    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
@@ -211,6 +214,7 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;

@@ -14,6 +14,7 @@
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
+#include "../stages/sleep.h"
 #include "../stages/unsigned_to_signed.h"
 #include "../stages/volume_lock.h"
 
@@ -168,12 +169,29 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -279,6 +297,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -298,6 +318,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),

@@ -27,6 +27,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     SPRINGLS__TRY(springls__finish_step(ctx));
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
+    springls__wake_all(ctx);
     ctx->calls++;
     status = springls__run_to_completion(ctx, run);
     ctx->calls--;

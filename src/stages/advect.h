@@ -8,6 +8,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
@@ -204,19 +205,24 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        before[i] = set->error[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
@@ -236,13 +242,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
-    for (; i < count; i++) springls__displace_by(&motion->ctx->model, &motion->rule, first + i, k1 + i, count, error + i);
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+    for (; i < count; i++)
+        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -251,8 +258,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -271,6 +294,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
@@ -293,15 +317,43 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
 /* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
 SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
@@ -309,18 +361,21 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
    finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    springls__largest largest = springls__find_largest(motion->ctx, SPRINGLS__ROLE_ARRAY(displacement2),
-                                                       motion->ctx->model.set.count, SPRINGLS__MOVING2);
+    springls_context *ctx = motion->ctx;
+    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
+    motion->still = largest.value == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
 
-/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples. */
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
+   not skip springls outside of a region. */
 SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data)) return false;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -374,6 +429,14 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
     return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+}
+
 /* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
 SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
@@ -381,9 +444,13 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     int count = ctx->model.set.count;
     bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
+    motion->listed = NULL;
+    motion->count = springls__has_no_force(motion) ? 0 : count;
+    if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     if (by_kernel && ctx->on_device) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
@@ -394,6 +461,33 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
     *ctx->model.force.rule = motion->rule;
     springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
+   list. */
+SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    springls__constellation *set = &ctx->model.set;
+    uint8_t *how_far;
+    int i;
+    if (!motion->listed) {
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+        springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
+    how_far = springls__is_moving(&ctx->model);
+    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    for (i = motion->count - 1; i >= 0; i--) {
+        int to = motion->listed[i];
+        uint8_t how = how_far[i];
+        how_far[i] = SPRINGLS__MOVED_NOT;
+        how_far[to] = how;
+        set->s[to] = springls__moved_springls(&ctx->model)[i];
+        set->error[to] = springls__moved_error(&ctx->model)[i];
+    }
     return SPRINGLS_OK;
 }
 
@@ -418,11 +512,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
-    springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+    if (!motion->still) {
+        SPRINGLS__TRY(springls__take_moved(motion));
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
