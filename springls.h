@@ -4660,7 +4660,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__NUM particle2, largest2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
-    float far[2][SPRINGLS__WIDTH];
+    float squares[2][SPRINGLS__WIDTH];
     int m, lane;
     d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
     particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
@@ -4670,10 +4670,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
         finite = finite & (d2 < 1e18f);
         largest2 = SPRINGLS__W(max)(largest2, d2);
     }
-    SPRINGLS__W(store)(far[0], particle2);
-    SPRINGLS__W(store)(far[1], largest2);
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
@@ -5005,7 +5005,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__NUM particle2, largest2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
-    float far[2][SPRINGLS__WIDTH];
+    float squares[2][SPRINGLS__WIDTH];
     int m, lane;
     d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
     particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
@@ -5015,10 +5015,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
         finite = finite & (d2 < 1e18f);
         largest2 = SPRINGLS__W(max)(largest2, d2);
     }
-    SPRINGLS__W(store)(far[0], particle2);
-    SPRINGLS__W(store)(far[1], largest2);
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
@@ -5652,6 +5652,23 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angu
     return gaps;
 }
 
+/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
+SPRINGLS__MATHS uint32_t springls__sector(float u, float v)
+{
+    const float eighth = 0.414213562f; /* tan(pi / 8) */
+    float a = springls__fabs(u), b = springls__fabs(v);
+    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);
+    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);
+    return 1u << (u < 0.0f ? 8 + k : 15 - k);
+}
+
+/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */
+SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
+{
+    uint32_t empty = ~(sectors | sectors << 16);
+    return (empty & empty >> 1 & empty >> 2) == 0u;
+}
+
 /* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
@@ -5731,20 +5748,46 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
+   above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
+                                         float high)
+{
+    springls__springl s = model->set.s[other];
+    springls__v3 d = springls__sub(s.p, x);
+    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;
+    return !springls__of_two_contact_bodies(model, of, other)
+           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;
+}
+
+/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */
+SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,
+                                             float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    uint32_t sectors = 0u;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        sectors |= springls__sector(u, v);
+        if (springls__sectors_close(sectors)) return true;
+    }
+    return false;
+}
+
+/* Finds the widest gap between the directions from x to the particles beside it. */
 SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
                                                              springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__lies_beside(model, of, other, x, n, r, high))
+            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
 }
 
@@ -7123,17 +7166,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
+    springls__widest_gap gap;
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;
+    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, i, x, n)) return seed;
     fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)
+        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
@@ -7396,25 +7442,36 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
+/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */
+SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)
+{
+    springls__tri_plan plan;
+    within += s->bounding_radius;
+    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;
+    plan = springls__tri_plan_make(springls__springl_tri(*s));
+    return springls__tri_distance2(&plan, x);
+}
+
 /* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
-   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the
+   springls right beside x first, which cover most places. */
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
-    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
+    walk = springls__cell_walk_around(model, x, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float within = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
+        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
+        if (d2 == FLT_MAX) continue;
+        nearest2 = springls__min(nearest2, d2);
         if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;
     }
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
@@ -11531,9 +11588,9 @@ SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
     memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
     for (i = motion->count - 1; i >= 0; i--) {
         int to = motion->listed[i];
-        uint8_t far = how_far[i];
+        uint8_t how = how_far[i];
         how_far[i] = SPRINGLS__MOVED_NOT;
-        how_far[to] = far;
+        how_far[to] = how;
         set->s[to] = springls__moved_springls(&ctx->model)[i];
         set->error[to] = springls__moved_error(&ctx->model)[i];
     }
@@ -24493,7 +24550,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM particle2, largest2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
-    "    float far[2][SPRINGLS__WIDTH];\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
     "    int m, lane;\n",
     "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
     "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
@@ -24503,10 +24560,10 @@ static const char *const springls__kernel_lines[] = {
     "        finite = finite & (d2 < 1e18f);\n",
     "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
     "    }\n",
-    "    SPRINGLS__W(store)(far[0], particle2);\n",
-    "    SPRINGLS__W(store)(far[1], largest2);\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
@@ -24838,7 +24895,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM particle2, largest2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
-    "    float far[2][SPRINGLS__WIDTH];\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
     "    int m, lane;\n",
     "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
     "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
@@ -24848,10 +24905,10 @@ static const char *const springls__kernel_lines[] = {
     "        finite = finite & (d2 < 1e18f);\n",
     "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
     "    }\n",
-    "    SPRINGLS__W(store)(far[0], particle2);\n",
-    "    SPRINGLS__W(store)(far[1], largest2);\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        springls__is_moving(model)[first + lane] = springls__how_far(far[0][lane], far[1][lane]);\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
@@ -24987,6 +25044,23 @@ static const char *const springls__kernel_lines[] = {
     "    return gaps;\n",
     "}\n",
     "\n",
+    "/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */\n",
+    "SPRINGLS__MATHS uint32_t springls__sector(float u, float v)\n",
+    "{\n",
+    "    const float eighth = 0.414213562f; /* tan(pi / 8) */\n",
+    "    float a = springls__fabs(u), b = springls__fabs(v);\n",
+    "    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);\n",
+    "    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);\n",
+    "    return 1u << (u < 0.0f ? 8 + k : 15 - k);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */\n",
+    "SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)\n",
+    "{\n",
+    "    uint32_t empty = ~(sectors | sectors << 16);\n",
+    "    return (empty & empty >> 1 & empty >> 2) == 0u;\n",
+    "}\n",
+    "\n",
     "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
     "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
     "\n",
@@ -25022,7 +25096,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5692 \"springls.h\"\n",
+    "#line 5709 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -25065,20 +25139,46 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
+    "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,\n",
+    "                                         float high)\n",
+    "{\n",
+    "    springls__springl s = model->set.s[other];\n",
+    "    springls__v3 d = springls__sub(s.p, x);\n",
+    "    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;\n",
+    "    return !springls__of_two_contact_bodies(model, of, other)\n",
+    "           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */\n",
+    "SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,\n",
+    "                                             float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    uint32_t sectors = 0u;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);\n",
+    "        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
+    "        sectors |= springls__sector(u, v);\n",
+    "        if (springls__sectors_close(sectors)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles beside it. */\n",
     "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
     "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__lies_beside(model, of, other, x, n, r, high))\n",
+    "            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));\n",
     "    return springls__angular_gaps_widest(gaps);\n",
     "}\n",
     "\n",
@@ -25124,7 +25224,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5795 \"springls.h\"\n",
+    "#line 5838 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -25215,7 +25315,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5887 \"springls.h\"\n",
+    "#line 5930 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -25433,7 +25533,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6106 \"springls.h\"\n",
+    "#line 6149 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -25559,7 +25659,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6233 \"springls.h\"\n",
+    "#line 6276 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -25635,7 +25735,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6310 \"springls.h\"\n",
+    "#line 6353 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -25650,7 +25750,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6325 \"springls.h\"\n",
+    "#line 6368 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25665,7 +25765,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6341 \"springls.h\"\n",
+    "#line 6384 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25676,7 +25776,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6352 \"springls.h\"\n",
+    "#line 6395 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25691,7 +25791,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6367 \"springls.h\"\n",
+    "#line 6410 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25702,7 +25802,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6378 \"springls.h\"\n",
+    "#line 6421 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -25805,7 +25905,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6482 \"springls.h\"\n",
+    "#line 6525 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -26284,7 +26384,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6962 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -26391,7 +26491,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7070 \"springls.h\"\n",
+    "#line 7113 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -26448,17 +26548,20 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap;\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
+    "    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;\n",
+    "    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, i, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)\n",
+    "        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
     "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
@@ -26527,7 +26630,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7207 \"springls.h\"\n",
+    "#line 7253 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -26716,28 +26819,39 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7397 \"springls.h\"\n",
+    "#line 7443 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
+    "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
+    "SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)\n",
+    "{\n",
+    "    springls__tri_plan plan;\n",
+    "    within += s->bounding_radius;\n",
+    "    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;\n",
+    "    plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    return springls__tri_distance2(&plan, x);\n",
+    "}\n",
+    "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
-    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the\n",
+    "   springls right beside x first, which cover most places. */\n",
     "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
     "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;\n",
+    "    walk = springls__cell_walk_around(model, x, x, r);\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float within = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
+    "        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);\n",
+    "        if (d2 == FLT_MAX) continue;\n",
+    "        nearest2 = springls__min(nearest2, d2);\n",
     "        if (nearest2 <= covered * covered) return false;\n",
-    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;\n",
     "    }\n",
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
@@ -26827,7 +26941,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7509 \"springls.h\"\n",
+    "#line 7566 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -26840,7 +26954,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7580 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -27186,7 +27300,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7870 \"springls.h\"\n",
+    "#line 7927 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -27337,7 +27451,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8022 \"springls.h\"\n",
+    "#line 8079 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -27367,7 +27481,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8052 \"springls.h\"\n",
+    "#line 8109 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27382,7 +27496,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 8068 \"springls.h\"\n",
+    "#line 8125 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27551,7 +27665,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8237 \"springls.h\"\n",
+    "#line 8294 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27566,7 +27680,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8252 \"springls.h\"\n",
+    "#line 8309 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27735,7 +27849,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8421 \"springls.h\"\n",
+    "#line 8478 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -27771,7 +27885,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8458 \"springls.h\"\n",
+    "#line 8515 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27895,7 +28009,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8583 \"springls.h\"\n",
+    "#line 8640 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -27986,7 +28100,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8675 \"springls.h\"\n",
+    "#line 8732 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -28333,7 +28447,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9023 \"springls.h\"\n",
+    "#line 9080 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -28430,7 +28544,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9121 \"springls.h\"\n",
+    "#line 9178 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -28506,7 +28620,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9198 \"springls.h\"\n",
+    "#line 9255 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -28742,7 +28856,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9435 \"springls.h\"\n",
+    "#line 9492 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -28767,7 +28881,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9461 \"springls.h\"\n",
+    "#line 9518 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29026,7 +29140,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9721 \"springls.h\"\n",
+    "#line 9778 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -29122,7 +29236,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 29126 \"springls.h\"\n",
+    "#line 29240 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
