@@ -14,6 +14,9 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -45,8 +48,9 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 /* surface: triangles in all. */
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
-/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
+   floats above it are counted. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -62,6 +66,7 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__stir_arguments stir;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;

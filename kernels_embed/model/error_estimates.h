@@ -7,7 +7,7 @@
 #include "fit.h"
 #include "model.h"
 
-#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on most motions of tests and benchmarks */
+#define SPRINGLS__ERROR_FACTOR 1.5f /* makes 95 % of errors smaller than estimated, on the motions of tests and benchmarks */
 #define SPRINGLS__UNKNOWN_ERROR 4.0f /* voxels: of a springl with too few neighbors for a fit, as beside a tear */
 
 /* The surface around a place as its springls span it, for estimates. */
@@ -84,14 +84,15 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
 
 /* Estimates the error of a new springl with particle p, facing n, and correspondence a, from springls before `known`, in voxels
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
-   count by as much as the surface has become thinner, as without a change of volume. */
+   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
+   than a voxel are of two sheets, and count in full. */
 SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);
     springls__span_sums sums;
-    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner;
+    float unit[SPRINGLS__FIT_TERMS], height, shift2, variance, thinner, residual2, mixed;
     int i, spare;
     if (!span.solution.terms) return SPRINGLS__UNKNOWN_ERROR;
     sums = springls__sum_residuals(model, &span, known);
@@ -103,8 +104,9 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     height = span.solution.x[0][0] * thinner;
     shift2 = span.solution.x[1][0] * span.solution.x[1][0] + span.solution.x[2][0] * span.solution.x[2][0]
            + span.solution.x[3][0] * span.solution.x[3][0];
-    return springls__sqrt(variance * (sums.a2 + sums.height2 * thinner * thinner) + shift2 + height * height
-                          + sums.error2 / sums.weight);
+    residual2 = sums.a2 + sums.height2 * thinner * thinner;
+    mixed = standard_errors * springls__max(springls__sqrt(residual2 / sums.weight) - 1.0f, 0.0f);
+    return springls__sqrt(variance * residual2 + mixed * mixed + shift2 + height * height + sums.error2 / sums.weight);
 }
 
 /* Returns the error of a place from one on the original surface. That of an original springl has grown as lengths have; that of
@@ -119,23 +121,6 @@ SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float
     }
     growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
-}
-
-/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
-   that of a motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
-{
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    float rate2 = 0.0f;
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;
 }
 
 #endif

@@ -115,7 +115,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
    met, most springls that oppose it are behind it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
-    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const float r = 2.0f, aside = 1.3f; /* voxels */
     const int enough = 2, enough_beside = 3;
     springls__springl s = model->set.s[i];
     springls__v3 n = springls__springl_normal(s);

@@ -215,9 +215,9 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
-   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+/* Returns true when the height over the sides of a crease is close enough to phi to be of this surface. The limit is wider than
+   in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS bool springls__is_of_edge(float phi, float height) { return springls__fabs(height - phi) < 0.75f; }
 
 /* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)

@@ -55,7 +55,16 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
         springls__clear_cells(springls__cells_of(g, slot));
+        springls__wake_slot(g, slot);
     }
+}
+
+/* Wakes all bricks: before springls or phi change anywhere but in a step, and where all of phi is made anew. */
+SPRINGLS__FN void springls__wake_all(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_wake, ctx->model.grid.slot_count, NULL);
+    ctx->model.grid.some_asleep = 0;
+    ctx->at_rest = false;
 }
 
 /* Makes all of a grid outside; keeps memory. */
@@ -65,6 +74,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
+    g->some_asleep = 0;
     springls__grid_constants(ctx, g);
 }
 

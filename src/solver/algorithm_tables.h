@@ -14,8 +14,10 @@
 #include "../stages/rebuild.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
+#include "../stages/sleep.h"
 #include "../stages/unsigned_to_signed.h"
 #include "../stages/volume_lock.h"
+#include "follow.h"
 
 /* ---- conditions of entries ---- */
 
@@ -90,6 +92,34 @@ SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
+/* Returns true when the step in progress may leave phi behind: nothing in it reads phi, or the normals that relax keeps. */
+SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const springls_step_desc *desc = &ctx->step.desc;
+    const springls_forces *forces = &ctx->step.forces;
+    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+        && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
+        && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
+        && !forces->pressure_batch && !forces->pressure_grid.data;
+}
+
+/* Returns true when phi has been left behind and the step in progress needs it. */
+SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
+{
+    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+}
+
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+}
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
@@ -156,44 +186,6 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
-SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
-{
-    ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
-    return SPRINGLS_OK;
-}
-
-/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
-SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
-{
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
-    return SPRINGLS_OK;
-}
-
-/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
-   closes the gaps between them. */
-SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
-{
-    const int enough = 3;
-    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
-        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
-{
-    ctx->step.iterations_left--;
-    return SPRINGLS_OK;
-}
-
 /* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
@@ -212,6 +204,70 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     }
     ctx->time = step->end_time;
     step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* What is left of a lazy sub-step when springls have moved. */
+static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+
+/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
+SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
+{
+    ctx->time += (double)ctx->motion.dt;
+    ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    if (springls__stays_lazy(ctx)) {
+        ctx->way += ctx->motion.moved;
+        ctx->step.next = springls__lazy_end;
+        return SPRINGLS_OK;
+    }
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    ctx->iteration++;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
+    return SPRINGLS_OK;
+}
+
+/* Wakes all bricks. */
+SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
+{
+    springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds which bricks the rest of the sub-step works in. */
+SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
+    return springls__wake(ctx);
+}
+
+SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
+SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
+{
+    float displacement;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    if (ctx->step.phi_from_springls) springls__wake_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
+   closes the gaps between them. */
+SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+{
+    const int enough = 3;
+    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
+        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
+{
+    ctx->step.iterations_left--;
     return SPRINGLS_OK;
 }
 
@@ -251,6 +307,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
@@ -279,6 +337,8 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__rouse),
+    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
     SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
     SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
@@ -298,6 +358,7 @@ static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__wake),
     SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
     SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),

@@ -8,6 +8,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
@@ -42,9 +43,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 }
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
-
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
-typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
@@ -124,21 +122,37 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Finds the slopes of all points of a block: x holds its particles, then their q0s, q1s and q2s. batch: its springls. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope)
+/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
-    const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    int i, m, count = batch->count;
-    for (i = 0; i < count; i++)
+    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
+           || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
+/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                          float time, springls__v3 *normals, springls__v3 *flow)
+{
+    int i, count = batch->count;
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, slope);
+    springls__flow(motion, batch, flow);
+}
+
+/* Finds the slopes of all points of a block, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope, springls__v3 *flow)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    springls__particle_flow(motion, batch, x, time, normals, flow);
+    memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, batch, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
@@ -164,69 +178,78 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
+/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
+   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
+                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
+                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
 {
-    springls__block_motion block;
-    int i;
-    block.largest2 = 0.0f;
-    block.moving = 0;
-    block.finite = 1;
+    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
+    const springls__force_rule *rule = &motion->rule;
+    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    memset(residual, 0, (size_t)count * sizeof *residual);
+    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
+    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
+    for (i = 0; i < n; i++)
+        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
+    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
     for (i = 0; i < count; i++) {
-        float d2 = springls__length2(displacement[i].x[0]);
-        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
-        block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > SPRINGLS__MOVING2;
+        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
     }
-    return block;
 }
 
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = motion->ctx->model.set.s + first;
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    const springls__constellation *set = &motion->ctx->model.set;
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
-    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.correspondences = &a[0].x;
     batch.springls = springls;
-    batch.ids = motion->ctx->model.set.id + first;
+    batch.ids = ids;
     batch.count = count;
     for (i = 0; i < count; i++) {
-        springls[i] = first + i;
-        x[i] = s[i].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        a[i] = set->a[springl];
+        ids[i] = set->id[springl];
+        before[i] = set->error[springl];
+        x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = -1.0f;
+        memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
-        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
+        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
+        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < count; i++)
+            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
+        memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
-    for (i = 0; i < count; i++) {
-        const springls__grid *g = &motion->ctx->model.grid;
-        springls__movers d;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s[i], d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[first + i] = d;
-    }
-    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+    for (; i < count; i++)
+        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
-    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+    return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
@@ -235,8 +258,24 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
     }
+}
+
+/* Finds the region that forces act in: everywhere where none is given. */
+SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
+                                                      springls__motion *motion)
+{
+    const float *lower = forces->region_lower, *upper = forces->region_upper;
+    int k;
+    for (k = 0; k < 3; k++) {
+        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+    }
+    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -255,12 +294,15 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
+    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
+/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
+    int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -269,44 +311,71 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
+    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
+                                                                         motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
-/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
+/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
+    int i;
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
+    motion->listed = springls__region_springls(&ctx->model);
+    motion->count = 0;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+                                             | SPRINGLS__BIT(TOP),
+                                    SPRINGLS__ROLE_BIT(region_springls)));
+    if (ctx->cells_fresh) {
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        while ((i = springls__cell_walk_next(&walk)) >= 0)
+            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
+        return SPRINGLS_OK;
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+    return SPRINGLS_OK;
+}
+
+/* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
+    if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
+                                    springls__kernels[SPRINGLS__KERNEL_displace].writes));
+    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
+   finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    float largest2 = 0.0f;
-    bool finite = true;
-    int i;
-    if (!motion->blocks) return; /* the device has found all of it */
-    motion->moving = 0;
-    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
-        finite = finite && motion->blocks[i].finite;
-        largest2 = springls__max(largest2, motion->blocks[i].largest2);
-        motion->moving += motion->blocks[i].moving;
-    }
-    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    springls_context *ctx = motion->ctx;
+    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
+    motion->moving = largest.more;
+    motion->still = largest.value == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
 
-/* Returns true when the device can evaluate the forces, and completes the rule for it. */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
+   not skip springls outside of a region. */
+SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -324,6 +393,7 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
         const springls_backend *backend = motion->ctx->backend;
+        if (!motion->ctx->on_device) return false;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         motion->rule.flow = SPRINGLS__FLOW_USER;
     }
@@ -345,41 +415,80 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Finds all displacements on the device, the largest one and how many springls move. */
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
+/* Sends what the kernel needs of the forces to the device. */
+SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
-    return ctx->backend_status;
+    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
-/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
+/* Returns true where there is nothing that moves springls. */
+SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
+{
+    const springls_forces *f = &motion->forces;
+    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
+        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+}
+
+/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
+    int count = ctx->model.set.count;
+    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    motion->displacement = springls__displacement(&ctx->model);
-    motion->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(motion)) {
-        springls_status status = springls__displace_on_device(motion);
+    motion->listed = NULL;
+    motion->count = springls__has_no_force(motion) ? 0 : count;
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    if (by_kernel && ctx->on_device) {
+        springls_status status = springls__forces_to_device(motion);
+        if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
+        by_kernel = springls__kernel_can_displace(motion);
     }
-    return springls__displace_on_host(motion);
+    if (!by_kernel) return springls__displace_in_blocks(motion);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
+    *ctx->model.force.rule = motion->rule;
+    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
+   list. */
+SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    springls__constellation *set = &ctx->model.set;
+    uint8_t *how_far;
+    int i;
+    if (!motion->listed) {
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+        springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
+    how_far = springls__is_moving(&ctx->model);
+    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    for (i = motion->count - 1; i >= 0; i--) {
+        int to = motion->listed[i];
+        uint8_t how = how_far[i];
+        how_far[i] = SPRINGLS__MOVED_NOT;
+        how_far[to] = how;
+        set->s[to] = springls__moved_springls(&ctx->model)[i];
+        set->error[to] = springls__moved_error(&ctx->model)[i];
+    }
+    return SPRINGLS_OK;
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -393,7 +502,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(motion));
+        SPRINGLS__TRY(springls__displace_all(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(motion);
@@ -403,11 +512,12 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+    if (!motion->still) {
+        SPRINGLS__TRY(springls__take_moved(motion));
+        springls__constellation_moved(ctx);
+    }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    springls__constellation_moved(ctx);
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 
@@ -418,7 +528,7 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
     springls__finish_loop(ctx);
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");

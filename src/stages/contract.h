@@ -8,6 +8,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "inherit.h"
+#include "sleep.h"
 
 /* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
@@ -57,6 +58,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;

@@ -8,6 +8,7 @@
 #include "../runtime/resumable.h"
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
+#include "sleep.h"
 
 /* Finds the springls missing beside others. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
@@ -41,6 +42,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
     springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }

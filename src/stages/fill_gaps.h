@@ -11,6 +11,7 @@
 #include "../model/constellation.h"
 #include "fill_from_springls.h"
 #include "inherit.h"
+#include "sleep.h"
 
 /* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
@@ -54,6 +55,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
     springls__constellation_changed(ctx);
 }
 

@@ -7,6 +7,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "inherit.h"
+#include "sleep.h"
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
@@ -26,6 +27,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     springls__attributes_after_split(ctx, count);

@@ -167,37 +167,69 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Two figures from `first` on: how often, and by how much, the estimates exceed the errors of the places at `time`. */
-static void measure_error_estimates(struct course *course, double time, enum motion_figure first)
+/* Two figures from `first` on: how often, and by how much, the estimates exceed the errors of places p with correspondences a. */
+static void measure_error_estimates(struct course *course, double time, enum motion_figure first, springls_view p,
+                                    springls_view a, const springls_error_estimate *estimates)
 {
-    const springls_view p = problem_view(course, springls_view_particles(course->ctx), 1);
-    const springls_view a = problem_view(course, springls_view_correspondences(course->ctx), 1);
     const int count = p.count;
     double *moved = room(3 * (size_t)count + 1, sizeof(double)), *ratios = room((size_t)count + 1, sizeof(double));
-    springls_error_estimate *estimates = room((size_t)count + 1, sizeof *estimates);
     int within = 0;
     for (int i = 0; i < 3 * count; ++i) {
         moved[i] = (double)((const float *)(const void *)((const char *)a.data + (size_t)(i / 3) * a.stride))[i % 3];
     }
     benchmark_flow(&course->motion->problem, time, moved, count);
-    if (count > 0 && springls_springl_errors(course->ctx, estimates) == SPRINGLS_OK) {
-        for (int i = 0; i < count; ++i) {
-            const float *x = (const float *)(const void *)((const char *)p.data + (size_t)i * p.stride);
-            const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1];
-            const double dz = (double)x[2] - moved[3 * i + 2];
-            const double error = sqrt(dx * dx + dy * dy + dz * dz);
-            within += error <= (double)estimates[i].place;
-            ratios[i] = (double)estimates[i].place / fmax(error, 1e-9);
-        }
+    for (int i = 0; i < count; ++i) {
+        const float *x = (const float *)(const void *)((const char *)p.data + (size_t)i * p.stride);
+        const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1];
+        const double dz = (double)x[2] - moved[3 * i + 2];
+        const double error = sqrt(dx * dx + dy * dy + dz * dz);
+        within += error <= (double)estimates[i].place;
+        ratios[i] = (double)estimates[i].place / fmax(error, 1e-9);
+    }
+    if (count > 0) {
         qsort(ratios, (size_t)count, sizeof *ratios, ascending);
         course->figures[first] = 100.0 * within / count;
         course->figures[first + 1] = ratios[count / 2];
     }
     free(moved);
     free(ratios);
+}
+
+static springls_status measure_springl_errors(struct course *course, double time, enum motion_figure first)
+{
+    const springls_view p = problem_view(course, springls_view_particles(course->ctx), 1);
+    const springls_view a = problem_view(course, springls_view_correspondences(course->ctx), 1);
+    springls_error_estimate *estimates = room((size_t)p.count + 1, sizeof *estimates);
+    const springls_status status = springls_springl_errors(course->ctx, estimates);
+    if (status == SPRINGLS_OK) {
+        measure_error_estimates(course, time, first, p, a, estimates);
+    }
     free(estimates);
     free_view(p);
     free_view(a);
+    return status;
+}
+
+/* The same of the vertices of the zero level. */
+static springls_status measure_mesh_errors(struct course *course, double time, enum motion_figure first)
+{
+    springls_mesh mesh;
+    springls_status status = springls_extract_mesh(course->ctx, &mesh);
+    if (status == SPRINGLS_OK) {
+        const springls_view positions = {mesh.positions, mesh.vertex_count, 3 * sizeof(float)};
+        const springls_view correspondences = {mesh.correspondences, mesh.vertex_count, 3 * sizeof(float)};
+        const springls_view p = problem_view(course, positions, 1), a = problem_view(course, correspondences, 1);
+        springls_error_estimate *estimates = room((size_t)p.count + 1, sizeof *estimates);
+        status = springls_mesh_errors(course->ctx, &mesh, estimates);
+        if (status == SPRINGLS_OK) {
+            measure_error_estimates(course, time, first, p, a, estimates);
+        }
+        free(estimates);
+        free_view(p);
+        free_view(a);
+        springls_mesh_free(course->ctx, &mesh);
+    }
+    return status;
 }
 
 static springls_status measure_halfway(struct course *course, double time)
@@ -211,8 +243,9 @@ static springls_status measure_halfway(struct course *course, double time)
                benchmark_flow_error(&motion->problem, time, p, a));
     free_view(p);
     free_view(a);
-    measure_error_estimates(course, time, MOTION_within_halfway);
-    const springls_status status = springls_measure(course->ctx, &now);
+    springls_status status = measure_springl_errors(course, time, MOTION_within_halfway);
+    status = status == SPRINGLS_OK ? measure_mesh_errors(course, time, MOTION_mesh_within_halfway) : status;
+    status = status == SPRINGLS_OK ? springls_measure(course->ctx, &now) : status;
     if (status == SPRINGLS_OK) {
         f[MOTION_volume_halfway] = 100.0 * (now.volume / (course->start.volume * motion->halfway_volume) - 1.0);
         f[MOTION_components_halfway] = now.components;
@@ -229,7 +262,6 @@ static void measure_particles(struct course *course)
     double *f = course->figures;
     note_error(&f[MOTION_tracking_mean], &f[MOTION_tracking_q99], &f[MOTION_tracking_max],
                problem->reverses ? benchmark_tracking(p, a) : benchmark_flow_error(problem, problem->duration, p, a));
-    measure_error_estimates(course, problem->duration, MOTION_within_end);
     if (problem->shape && problem->reverses) {
         note_error(&f[MOTION_deformation_mean], NULL, &f[MOTION_deformation_max], benchmark_deformation(problem, p));
     }
@@ -338,7 +370,9 @@ static springls_status measure_end(struct course *course)
         benchmark_flow(problem, problem->duration, course->samples, course->sample_count);
     }
     measure_cover(course);
-    const springls_status status = springls_measure(course->ctx, &now);
+    springls_status status = measure_springl_errors(course, problem->duration, MOTION_within_end);
+    status = status == SPRINGLS_OK ? measure_mesh_errors(course, problem->duration, MOTION_mesh_within_end) : status;
+    status = status == SPRINGLS_OK ? springls_measure(course->ctx, &now) : status;
     if (status != SPRINGLS_OK) {
         return status;
     }

@@ -32,6 +32,8 @@ struct motion_setting {
     X(halfway_mean) X(halfway_q99) X(halfway_max)         /* the same at half time */                                   \
     X(within_halfway) X(ratio_halfway)                    /* springls_springl_errors: share whose error is less than   */ \
     X(within_end) X(ratio_end)                            /* the estimate, percent; median of estimate over error */    \
+    X(mesh_within_halfway) X(mesh_ratio_halfway)          /* springls_mesh_errors: the same of the zero level's vertices */ \
+    X(mesh_within_end) X(mesh_ratio_end)                                                                                \
     X(surface_mean) X(surface_max)                        /* vertices of the zero level to the exact shape */           \
     /* From points of the given surface to the start's zero level: all, and those on sharp edges. From where the exact */ \
     /* flow takes them to the end's zero level, and to its springls. */                                                  \

@@ -368,13 +368,16 @@ static void print_error_estimates(const struct motion_case *cases, int orders)
 {
     static struct table table;
     table_begin(&table);
-    table_row(&table, "springls_springl_errors|errors within the estimate, half time / end|"
-                      "median estimate over error, half time / end");
+    table_row(&table, "half time / end|springls within the estimate|median estimate over error|"
+                      "vertices of the zero level within it|median");
     for (const struct motion_case *c = cases; c < cases + MOTIONS; ++c) {
-        table_row(&table, "%s|%s|%s", c->name,
-                  cell2("%.1f %% / %.1f %%", motion_mean(c, orders, MOTION_within_halfway),
-                        motion_mean(c, orders, MOTION_within_end)),
-                  cell2("%.1f / %.1f", motion_mean(c, orders, MOTION_ratio_halfway), motion_mean(c, orders, MOTION_ratio_end)));
+        static const char share[] = "%.1f %% / %.1f %%", ratio[] = "%.1f / %.1f";
+        table_row(&table, "%s|%s|%s|%s|%s", c->name,
+                  cell2(share, motion_mean(c, orders, MOTION_within_halfway), motion_mean(c, orders, MOTION_within_end)),
+                  cell2(ratio, motion_mean(c, orders, MOTION_ratio_halfway), motion_mean(c, orders, MOTION_ratio_end)),
+                  cell2(share, motion_mean(c, orders, MOTION_mesh_within_halfway),
+                        motion_mean(c, orders, MOTION_mesh_within_end)),
+                  cell2(ratio, motion_mean(c, orders, MOTION_mesh_ratio_halfway), motion_mean(c, orders, MOTION_mesh_ratio_end)));
     }
     table_print(&table, stdout);
     printf("\n");

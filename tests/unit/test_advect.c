@@ -149,7 +149,8 @@ static void polynomial_wind(void *user, const float *points, int count, float ti
     }
 }
 
-/* Time is sampled at t, t + dt/2 twice, t + dt, so that a velocity cubic in time is integrated exactly. */
+/* Time is sampled at t, t + dt/2 twice, t + dt, so that a velocity cubic in time is integrated exactly; then at the end and the
+   middle of the path, for the error. */
 TEST time_is_sampled_where_it_should_be(void)
 {
     springls_params p = vertices_move(0);
@@ -160,11 +161,13 @@ TEST time_is_sampled_where_it_should_be(void)
     const double t = 0.25, u = 0.75;
     ASSERT_OK(springls_advect(ctx, &forces, 0.25f, 0.5f));
     after = fixture_particle(ctx, 0);
-    ASSERT_EQ(4, clock_of.calls);
+    ASSERT_EQ(6, clock_of.calls);
     ASSERT_EQ(0.25f, clock_of.times[0]);
     ASSERT_EQ(0.5f, clock_of.times[1]);
     ASSERT_EQ(0.5f, clock_of.times[2]);
     ASSERT_EQ(0.75f, clock_of.times[3]);
+    ASSERT_EQ(0.75f, clock_of.times[4]);
+    ASSERT_EQ(0.5f, clock_of.times[5]);
     ASSERT_IN_RANGE(0.5 * (u - t) - 0.5 * (u * u - t * t) + 2.0 / 3.0 * (u * u * u - t * t * t) + 0.75 * (u * u * u * u - t * t * t * t),
                     after.x - before.x, 3e-6);
     springls_destroy(ctx);
@@ -657,6 +660,38 @@ TEST advect_only_moves(void)
     PASS();
 }
 
+/* A flow that the library does not know for its own. */
+static void deformation_by_callback(void *user, const float *points, int count, float time, float *out)
+{
+    springls_velocity_deformation(user, points, count, time, out);
+}
+
+/* The library's flows, which it evaluates for several springls at once, move them as the same flow in a callback does, bit by bit;
+   the last springls fill no register. */
+TEST flows_need_no_callback(void)
+{
+    springls_deformation_flow flow = { 32.0f, 1.5f };
+    int own, euler;
+    for (own = 0; own < 2; own++)
+        for (euler = 0; euler < 2; euler++) {
+            springls_params p = vertices_move(own);
+            uint64_t hash[2];
+            int by;
+            for (by = 0; by < 2; by++) {
+                springls_context *ctx = few(&p, 43);
+                springls_forces forces = fixture_forces(by ? deformation_by_callback : springls_velocity_deformation, &flow);
+                forces.integrator = euler ? SPRINGLS_INTEGRATOR_EULER : SPRINGLS_INTEGRATOR_RK4;
+                forces.velocity_weight = 0.75f;
+                ASSERT_OK(springls_advect(ctx, &forces, 0.3f, 0.05f));
+                ASSERT_EQ(by ? SPRINGLS__FLOW_NONE : SPRINGLS__FLOW_DEFORMATION, ctx->motion.rule.flow);
+                hash[by] = springls_state_hash(ctx);
+                springls_destroy(ctx);
+            }
+            ASSERT(hash[0] == hash[1]);
+        }
+    PASS();
+}
+
 SUITE(advect)
 {
     RUN_TEST(rotation_has_its_order);
@@ -677,6 +712,7 @@ SUITE(advect)
     RUN_TEST(sampled_fields_end);
     RUN_TEST(weights_weigh);
     RUN_TEST(max_speed_is_the_largest);
+    RUN_TEST(flows_need_no_callback);
     RUN_TEST(bad_forces_move_nothing);
     RUN_TEST(curvature_shrinks_spheres);
     RUN_TEST(advect_only_moves);

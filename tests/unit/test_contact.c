@@ -6,7 +6,7 @@
 
 /* ---- two bodies that are carried towards each other along x and away again, by an exact flow ---- */
 
-typedef enum body_shape { BALLS, BALL_AND_PLATE, FINGERS } body_shape;
+typedef enum body_shape { BALLS, BALL_AND_PLATE, BOXES, FINGERS } body_shape;
 
 /* The plane x = center parts the two bodies; gap: of the model that is set. */
 typedef struct meeting { body_shape shape; double center, gap, speed; } meeting;
@@ -31,12 +31,13 @@ static double fingers(double x, double y, double z, double gap)
 
 static void meeting_distance(void *user, const float *points, int count, float *out)
 {
-    static const double half[3] = { 4.0, 10.0, 10.0 };
+    static const double half[3] = { 4.0, 10.0, 10.0 }, box[3] = { 5.0, 5.0, 5.0 };
     const meeting *m = (const meeting *)user;
     int i;
     for (i = 0; i < count; i++, points += 3) {
         double x = points[0] - m->center, y = points[1] - m->center, z = points[2] - m->center, at = 0.5 * m->gap;
         if (m->shape == BALLS) out[i] = (float)ball(fabs(x) - at - 5.0, y, z, 5.0);
+        else if (m->shape == BOXES) out[i] = (float)rounded_box(fabs(x) - at - 5.0, y, z, box, 0.0);
         else if (m->shape == FINGERS) out[i] = (float)fingers(x, y, z, m->gap);
         else out[i] = (float)fmin(ball(x + at + 5.0, y, z, 5.0), rounded_box(x - at - 4.0, y, z, half, 3.0));
     }
@@ -87,7 +88,7 @@ static springls_status steps(springls_context *ctx, const springls_step_desc *st
 /* Pressed together to a gap, held, and drawn apart, bodies are what they were. */
 TEST bodies_part(body_shape shape, double gap)
 {
-    meeting flow = { shape, 23.7, 3.0 + gap, 0.0 };
+    meeting flow = { shape, shape == BOXES ? 23.5 : 23.7, 3.0 + gap, 0.0 }; /* no voxel lies between boxes */
     springls_context *ctx = fixture_context(48, NULL);
     springls_forces forces = fixture_forces(meeting_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
@@ -400,6 +401,9 @@ SUITE(contact)
     RUN_TESTp(a_drop_goes, 1.1f, 8.0f, 1);
     RUN_TESTp(bodies_part, BALLS, 0.25);
     RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
+    RUN_TESTp(bodies_part, BOXES, 1.0);
+    RUN_TESTp(bodies_part, BOXES, 0.5);
+    RUN_TESTp(bodies_part, BOXES, 0.25);
     RUN_TESTp(bodies_part, FINGERS, 0.25);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_FLUID);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_ELASTIC);

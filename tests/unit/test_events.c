@@ -1,4 +1,6 @@
 /* test_events.c - components have ids that last, and events: mergers, splits, births and deaths of bodies and of bubbles. */
+#include "springls_under_test.h"
+
 #include "fixtures.h"
 
 static const float middle = 16.37f;
@@ -305,7 +307,8 @@ static uint64_t story(springls_context *ctx, uint64_t hash)
     return hash ^ springls_state_hash(ctx);
 }
 
-/* The same story on any number of threads, in pieces, and after a restore; and the model has the bits that it has without. */
+/* The same story on any number of threads, in pieces, and after a restore; and the model has the bits that it has without,
+   where no step is lazy. */
 TEST the_same_everywhere(void)
 {
     uint64_t told[4] = { 1u, 1u, 1u, 1u }, state[2] = { 0u, 0u };
@@ -315,13 +318,15 @@ TEST the_same_everywhere(void)
     int way, i;
     for (way = 0; way < 4; way++) {
         springls_params params = tracked();
-        springls_desc desc = fixture_desc(32, &params);
+        springls_desc desc;
         fixture_workers workers;
         fixture_balls b = apart();
         springls_context *ctx, *other;
         void *block;
         size_t size;
         bool done;
+        params.lazy_way = 0.0f;
+        desc = fixture_desc(32, &params);
         if (way == 1) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
         ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
@@ -350,8 +355,11 @@ TEST the_same_everywhere(void)
         springls_destroy(ctx);
     }
     {
-        springls_context *ctx = fixture_context(32, NULL);
+        springls_params params = springls_default_params();
+        springls_context *ctx;
         fixture_balls b = apart();
+        params.lazy_way = 0.0f;
+        ctx = fixture_context(32, &params);
         ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
         ASSERT_OK(springls_run(ctx, &step, 12));
         state[1] = springls_state_hash(ctx);
@@ -540,6 +548,136 @@ TEST errors_are_estimated(void)
     PASS();
 }
 
+/* A flow as narrow as a step of two voxels is long: it pulls both sides of a plane together and lets them out sideways, along
+   and then four times as far back. */
+enum { NARROW_SIZE = 48 };
+
+static void narrow_velocity(const double x[3], double time, double v[3])
+{
+    const double n = NARROW_SIZE, plane = 0.5 * n + 0.37, width = 0.05 * n, speed = 0.08 * n * 0.5 * fixture_pi;
+    double factor = speed * cos(0.5 * fixture_pi * time) * (time > 1.0 ? 4.0 : 1.0);
+    double side = tanh((x[0] - plane) / width), out = 0.5 / width * (1.0 - side * side);
+    v[0] = -factor * side;
+    v[1] = factor * out * (x[1] - plane);
+    v[2] = factor * out * (x[2] - plane);
+}
+
+static void narrow_flow(void *user, const float *points, int count, float time, float *out)
+{
+    int i, c;
+    (void)user;
+    for (i = 0; i < 3 * count; i += 3) {
+        double x[3], v[3];
+        for (c = 0; c < 3; c++) x[c] = (double)points[i + c];
+        narrow_velocity(x, (double)time, v);
+        for (c = 0; c < 3; c++) out[i + c] = (float)v[c];
+    }
+}
+
+static d3 exact_narrow_flow(springls__v3 a)
+{
+    const int steps = 800;
+    const double h = 2.0 / steps;
+    double x[3];
+    int i, s, c;
+    x[0] = (double)a.x;
+    x[1] = (double)a.y;
+    x[2] = (double)a.z;
+    for (i = 0; i < steps; i++) {
+        static const double part[4] = { 0.0, 0.5, 0.5, 1.0 }, weight[4] = { 1.0, 2.0, 2.0, 1.0 };
+        double k[4][3], y[3];
+        for (s = 0; s < 4; s++) {
+            for (c = 0; c < 3; c++) y[c] = x[c] + (s ? part[s] * h * k[s - 1][c] : 0.0);
+            narrow_velocity(y, (i + part[s]) * h, k[s]);
+        }
+        for (s = 0; s < 4; s++)
+            for (c = 0; c < 3; c++) x[c] += h * weight[s] / 6.0 * k[s][c];
+    }
+    return d3_make(x[0], x[1], x[2]);
+}
+
+/* The estimates also hold, and the median is a small factor, where the error is that of steps as long as the field is wide. */
+TEST errors_of_long_steps_are_estimated(void)
+{
+    springls_sphere balls[2] = { { { 0, 0, 0 }, 0.1f * NARROW_SIZE }, { { 0, 0, 0 }, 0.1f * NARROW_SIZE } };
+    springls_metasphere two;
+    springls_desc desc = fixture_desc(NARROW_SIZE, NULL);
+    springls_forces forces = fixture_forces(narrow_flow, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.25f);
+    springls_error_estimate *errors;
+    springls_context *ctx = NULL;
+    int i, k, count, within = 0, larger = 0;
+    for (k = 0; k < 2; k++) {
+        for (i = 0; i < 3; i++) balls[k].center[i] = 0.5f * NARROW_SIZE + 0.37f;
+        balls[k].center[0] += (k ? 0.11f : -0.11f) * NARROW_SIZE;
+    }
+    two.spheres = balls;
+    two.count = 2;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_metasphere, &two));
+    step.max_displacement = 2.0f;
+    for (k = 0; k < 8; k++) ASSERT_OK(springls_step(ctx, &step));
+    count = springls_count(ctx);
+    errors = (springls_error_estimate *)malloc((size_t)count * sizeof *errors);
+    ASSERT_OK(springls_springl_errors(ctx, errors));
+    for (i = 0; i < count; i++) {
+        double error = d3_distance(d3_of(fixture_particle(ctx, i)), exact_narrow_flow(ctx->model.set.a[i]));
+        within += error <= (double)errors[i].place;
+        larger += (double)errors[i].place > 6.0 * error;
+    }
+    ASSERT_GT(within, 0.95 * count);
+    ASSERT_LT(larger, 0.5 * count);
+    free(errors);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Gives ids to two components, 60 and the rest: one of 100 has split into 60 and 40, and one of `other` has merged with the 40. */
+static void split_and_merge(springls_context *ctx, double other, uint32_t id[2])
+{
+    static springls__component previous[2];
+    static springls__current_component current[2];
+    springls__component_link links[6] = { { 0, 0, 60 }, { 0, 1, 40 }, { 1, 1, 30 } };
+    springls__component_graph graph;
+    uint64_t key[3];
+    memset(&graph, 0, sizeof graph);
+    memset(previous, 0, sizeof previous);
+    memset(current, 0, sizeof current);
+    previous[0].view.id = 1;
+    previous[0].view.volume = 100.0;
+    previous[1].view.id = 2;
+    previous[1].view.volume = other;
+    current[0].surface.volume = 60.0;
+    current[1].surface.volume = 40.0 + other;
+    graph.previous = previous;
+    graph.previous_count = 2;
+    graph.labels.item = current;
+    graph.labels.count = 2;
+    graph.link = links;
+    graph.link_count = 3;
+    springls__sort_links_by_current(&graph, key);
+    ctx->last_component_id = 2;
+    id[0] = id[1] = 0;
+    if (springls__assign_component_ids(ctx, &graph) != SPRINGLS_OK) return;
+    id[0] = current[0].id;
+    id[1] = current[1].id;
+}
+
+/* What merges with a part that splits off in the same step gets the larger one's id, which is new when that is the part. */
+TEST splits_and_mergers_of_one_step_have_ids(void)
+{
+    springls_context *ctx = fixture_context(16, NULL);
+    uint32_t id[2];
+    split_and_merge(ctx, 50.0, id);
+    ASSERT_EQ(1, id[0]);
+    ASSERT_EQ(2, id[1]);
+    split_and_merge(ctx, 30.0, id);
+    ASSERT_EQ(1, id[0]);
+    ASSERT_EQ(3, id[1]);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(events)
 {
     RUN_TEST(balls_merge);
@@ -547,9 +685,11 @@ SUITE(events)
     RUN_TEST(a_drop_dies);
     RUN_TEST(tools_make_events);
     RUN_TEST(ids_last);
+    RUN_TEST(splits_and_mergers_of_one_step_have_ids);
     RUN_TEST(the_same_everywhere);
     RUN_TEST(corrections_are_reported);
     RUN_TEST(errors_are_estimated);
+    RUN_TEST(errors_of_long_steps_are_estimated);
     RUN_TEST(bad_calls_are_refused);
     RUN_TEST(refused_memory_is_reported);
 }

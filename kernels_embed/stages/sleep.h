@@ -1,0 +1,98 @@
+/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
+   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
+#ifndef SPRINGLS__KERNEL_STAGES_SLEEP_H
+#define SPRINGLS__KERNEL_STAGES_SLEEP_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "advect.h"
+
+/* Voxel: a springl whose points have moved by less does not stir. */
+#define SPRINGLS__REST 1e-3f
+
+/* Names which springls stir: those that are away from where phi last followed them; these and those of which any point moves in
+   this step; all of a range; those that contract removes or reshapes. */
+#define SPRINGLS__STIR_AWAY 0
+#define SPRINGLS__STIR_MOVING 1
+#define SPRINGLS__STIR_ALL 2
+#define SPRINGLS__STIR_CONTRACTED 3
+
+/* Returns after how many calm steps a brick falls asleep: when a resampling has changed nothing there. */
+SPRINGLS__MATHS int springls__calm_limit(const springls__model *model)
+{
+    return springls__imin(model->params.resample_period + 1, 255);
+}
+
+/* Wakes the brick of slot i, if it is not free. */
+SPRINGLS__MATHS void springls__wake_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] >= 0) springls__wake_slot(&model->grid, i);
+}
+
+/* Counts a calm step of active brick i. */
+SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    (void)args;
+    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
+{
+    if (which == SPRINGLS__STIR_CONTRACTED) {
+        uint8_t action = springls__contract_action(model)[i];
+        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
+    }
+    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
+    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+}
+
+/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one brick: they write the same. */
+SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = args.stir.first + i;
+    if (!springls__stirs(model, n, args.stir.which)) return;
+    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
+    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const int limit = springls__calm_limit(model);
+    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+    }
+    g->awake[g->active[i]] = (uint8_t)awake;
+}
+
+/* Finds whether active brick i or one around it is awake. */
+SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    (void)args;
+    springls__slot_origin(g, g->active[i], origin);
+    for (d = 0; d < 27 && !near_awake; d++) {
+        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    }
+    g->near_awake[g->active[i]] = (uint8_t)near_awake;
+}
+
+#endif

@@ -1,0 +1,49 @@
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+#ifndef SPRINGLS__STAGES_SLEEP_H
+#define SPRINGLS__STAGES_SLEEP_H
+
+#include "../../kernels_embed/stages/sleep.h"
+#include "../runtime/launch.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+
+/* Returns true when bricks may sleep: phi moves by the springls alone. */
+SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
+}
+
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
+   several may write to one brick. */
+SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
+{
+    springls__arguments args;
+    int i;
+    args.stir.first = first;
+    args.stir.which = which;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
+    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Finds the bricks that are awake, after the springls have moved. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
+#endif
