@@ -353,7 +353,7 @@
    With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
    with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
    run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
    may move against each other.
 
      - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
@@ -15205,7 +15205,7 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
+    const float closely = 0.15f;
     float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
     return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }
