@@ -20893,6 +20893,10 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
+    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
+    if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
+    if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
     for (i = 0; i < s->components; i++)
         springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
     for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
@@ -28209,7 +28213,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28213 \"springls.h\"\n",
+    "#line 28217 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
