@@ -80,7 +80,8 @@
     X(current_components, struct springls__current_component, 1)                                                                 \
     X(springl_components, struct springls__bounded_components, 2)                                                                \
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
-    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
+    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
+    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \

@@ -344,9 +344,9 @@
    centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
-       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
-       part.
+     - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
+       which are never used again. What splits and merges in one step has the ids as if it had split a step before.
+     - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
      - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
        three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
