@@ -8214,6 +8214,20 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
    removed. */
 
+/* ---- rows ---- */
+
+/* Returns row `row` of the brick in a tile: eight voxels. */
+SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)
+{
+    return tile + springls__tile_index(0, row & 7, row >> 3);
+}
+
+/* Returns row `row` of active brick i in phi_next. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)
+{
+    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+}
+
 /* ---- parts ---- */
 
 /* Finds voxel x of a row of the brick at o. */
@@ -8428,7 +8442,18 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+}
+
+/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
+SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int row, x;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -8436,20 +8461,17 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *tile)
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
-    const springls__grid *g = &model->grid;
-    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
+    if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool candidates = some && springls__row_has_joint_candidate(phi);
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        if (!springls__row_has_joint_candidate(phi)) continue;
         for (x = 0; x < 8; x++) {
-            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
 }
@@ -8539,20 +8561,18 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
+    const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], max_neighbors = (float)(max_voxels - 1);
-        bool some = springls__count_beside(phi, max_neighbors, beside);
+        float beside[8];
+        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
         for (x = 0; x < 8; x++) {
-            out[x] = phi[x];
-            if (!some || beside[x] > max_neighbors) continue;
+            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels))
+                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -27057,6 +27077,20 @@ static const char *const springls__kernel_lines[] = {
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
     "\n",
+    "/* ---- rows ---- */\n",
+    "\n",
+    "/* Returns row `row` of the brick in a tile: eight voxels. */\n",
+    "SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)\n",
+    "{\n",
+    "    return tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "}\n",
+    "\n",
+    "/* Returns row `row` of active brick i in phi_next. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)\n",
+    "{\n",
+    "    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "}\n",
+    "\n",
     "/* ---- parts ---- */\n",
     "\n",
     "/* Finds voxel x of a row of the brick at o. */\n",
@@ -27271,7 +27305,18 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->group.item == 0) *candidates = 0;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
+    "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
+    "}\n",
+    "\n",
+    "/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */\n",
+    "SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int row, x;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -27279,20 +27324,17 @@ static const char *const springls__kernel_lines[] = {
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
+    "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
+    "        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);\n",
+    "        if (!springls__row_has_joint_candidate(phi)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
+    "            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
+    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -27382,24 +27424,22 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
+    "    const float max_neighbors = (float)(max_voxels - 1);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
-    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
+    "        float beside[8];\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8561 \"springls.h\"\n",
+    "#line 8581 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27496,7 +27536,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8659 \"springls.h\"\n",
+    "#line 8679 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27572,7 +27612,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8736 \"springls.h\"\n",
+    "#line 8756 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27808,7 +27848,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8973 \"springls.h\"\n",
+    "#line 8993 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27833,7 +27873,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8999 \"springls.h\"\n",
+    "#line 9019 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28092,7 +28132,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9259 \"springls.h\"\n",
+    "#line 9279 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -28187,7 +28227,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28191 \"springls.h\"\n",
+    "#line 28231 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
