@@ -143,9 +143,9 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
 }
 
 /* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
-   else it is of another sheet. */
+   else it is of another sheet, which is noted in *opposed when it faces against. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
-                                           int last)
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
@@ -154,6 +154,7 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -180,7 +181,7 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -200,7 +201,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
@@ -237,7 +238,8 @@ SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__
 
 /* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__v3 common = springls__common_facing(model, near_by);
@@ -247,10 +249,10 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
         springls__clear_row(sums + springls__sums_of_row(r), common);
     for (r = 0; r < near_by->count && !one_sheet; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -351,7 +353,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -360,18 +362,19 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
