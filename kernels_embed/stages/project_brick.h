@@ -40,11 +40,15 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 
 typedef struct springls__near_ranges {
     int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */
+    int rows;                                               /* ranges that are rows of cells, the first ones */
 } springls__near_ranges;
 
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)
 {
     if (first == end) return;
+    near_by->y[near_by->count] = y;
+    near_by->z[near_by->count] = z;
     near_by->first[near_by->count] = first;
     near_by->end[near_by->count++] = end;
 }
@@ -65,10 +69,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    near_by.rows = near_by.count;
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
     return near_by;
+}
+
+/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */
+SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)
+{
+    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */
+    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];
+    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
 /* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
@@ -130,9 +143,9 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
 }
 
 /* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
-   else it is of another sheet. */
+   else it is of another sheet, which is noted in *opposed when it faces against. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
-                                           int last)
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
@@ -141,6 +154,7 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -167,7 +181,7 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -187,7 +201,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
@@ -224,7 +238,8 @@ SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__
 
 /* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__v3 common = springls__common_facing(model, near_by);
@@ -234,10 +249,10 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
         springls__clear_row(sums + springls__sums_of_row(r), common);
     for (r = 0; r < near_by->count && !one_sheet; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -251,26 +266,48 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
-SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                                            springls__v3 x)
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;
+}
+
+/* Returns whether a springl at an edge is near voxel v of the brick, at x. */
+SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,
+                                               springls__v3 x)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+   there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            int v, springls__v3 x)
+{
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
+    springls__estimate none;
+    int r, k;
+    none.weight = none.distance = 0.0f;
+    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;
     samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+            float weight = springls__edge_weight(s->p, x);
+            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    estimate.weight = estimate.distance = 0.0f;
-    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
+    }
+    return springls__edge_distance(&samples, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -305,7 +342,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
@@ -316,7 +353,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -325,18 +362,19 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {

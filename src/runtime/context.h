@@ -69,6 +69,9 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
+/* The largest of some floats, at least 0, and how many are more than a limit. */
+typedef struct springls__largest { float value; int more; } springls__largest;
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -87,7 +90,7 @@ struct springls_backend {
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
     springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
@@ -138,13 +141,18 @@ typedef struct springls__motion {
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
     int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
-    springls__movers *displacement;
-    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
-    struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
+
+/* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
+typedef struct springls__held {
+    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+    int active_count, free_count, slot_count, some_asleep;
+    float way;
+    bool opposed, in_use;
+} springls__held;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
@@ -200,7 +208,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
-    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -210,6 +218,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
+                               been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
+    springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
