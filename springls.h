@@ -96,6 +96,7 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
+     >>follow               src/solver/follow.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -240,6 +241,8 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
+   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
 
@@ -324,6 +327,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
+                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -343,6 +347,24 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+   LAZY STEPS
+
+   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
+   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
+   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   may move against each other.
+
+     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
+       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
+       springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
+     - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
+       topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
+       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
+     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
+       and part again within it, is lost.
 
    CURVATURE
 
@@ -469,7 +491,8 @@
        three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
-       computed. The model has the same bits with and without it. Snapshots hold components and events.
+       computed. No step is lazy with it; else the model has the same bits with and without it. Snapshots hold components and
+       events.
      - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
 
    ERRORS OF PLACE
@@ -932,6 +955,8 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
+    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
+                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
@@ -1862,8 +1887,9 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 /* surface: triangles in all. */
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
-/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
+   floats above it are counted. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -1910,9 +1936,10 @@ typedef union springls__arguments {
     X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
-    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
+    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1938,6 +1965,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
@@ -1961,8 +1989,7 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(block_motions, struct springls__block_motion, 1)                                                                           \
-    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
+    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2077,6 +2104,8 @@ typedef struct springls__v3 { float x, y, z; } springls__v3;
 #define springls__load(from) (*(from))
 #define springls__store(to, x) (void)(*(to) = (x))
 #define springls__to_int(x) ((int)(x))
+#define springls__negated_if_odd(x, k) ((k) & 1 ? -(x) : (x))
+#define springls__transpose(rows) (void)(rows)
 #define springls__of_bits(bits) springls__float_of_bits(bits)
 SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }
 SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
@@ -2215,10 +2244,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
 /* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 {
-    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;
     SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));
 }
 
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
@@ -2269,8 +2298,11 @@ typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
 #define springls__vec_of_int(k) convert_float8(k)
 #define springls__vec_to_int(x) convert_int8(x)
 #define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))
 #define springls__vec_not(where) (~(where))
 #define springls__vec_any(where) any(where)
+#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
+#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))
 SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
 SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }
 
@@ -2289,8 +2321,10 @@ typedef int springls__vmask; /* of a comparison: not 0, or 0 */
 #define springls__vec_floor(x) springls__floor(x)
 #define springls__vec_to_int(x) springls__to_int(x)
 #define springls__vec_of_bits(bits) springls__of_bits(bits)
+#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)
 #define springls__vec_not(where) (!(where))
 #define springls__vec_any(where) ((where) != 0)
+#define springls__vec_transpose(rows) (void)(rows)
 #define springls__vec_min(a, b) springls__min(a, b)
 #define springls__vec_max(a, b) springls__max(a, b)
 
@@ -2319,6 +2353,7 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
 #define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#define springls__vec_negated_if_odd(x, k) ((springls__vec)((springls__vmask)(x) ^ ((k) << 31)))
 #define springls__vec_not(where) (~(where))
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
@@ -2387,11 +2422,54 @@ SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
 #endif
 }
 
+/* Interleaves the lower halves of two vectors, or the upper ones. */
+#if defined(__clang__) && SPRINGLS__LANES == 8
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)
+#elif defined(__clang__)
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 4, 1, 5)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)
+#else
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_low(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 0, 8, 1, 9, 2, 10, 3, 11 };
+#else
+    const springls__vmask from = { 0, 4, 1, 5 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 4, 12, 5, 13, 6, 14, 7, 15 };
+#else
+    const springls__vmask from = { 2, 6, 3, 7 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+#endif
+
 #endif
 
 typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 #if SPRINGLS__LANES > 1
+/* Makes the rows of a square of numbers its columns. */
+SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)
+{
+    springls__vec old[SPRINGLS__LANES];
+    int round, i;
+    for (round = 1; round < SPRINGLS__LANES; round *= 2) {
+        for (i = 0; i < SPRINGLS__LANES; i++) old[i] = rows[i];
+        for (i = 0; i < SPRINGLS__LANES / 2; i++) {
+            rows[2 * i] = springls__vec_zip_low(old[i], old[i + SPRINGLS__LANES / 2]);
+            rows[2 * i + 1] = springls__vec_zip_high(old[i], old[i + SPRINGLS__LANES / 2]);
+        }
+    }
+}
+
 /* Returns x rounded down, for |x| < 2^31. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 {
@@ -2533,10 +2611,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
 /* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 {
-    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;
     SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));
 }
 
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
@@ -2801,40 +2879,44 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
 /* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 16; k++) number[k][lane] = from[k];
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];
     }
     for (m = 0; m < 3; m++) {
-        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
-        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = number[12 + m];
     }
-    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
-    s.bounding_radius = SPRINGLS__W(load)(number[15]);
+    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);
+    s.bounding_radius = number[15];
     return s;
 }
 
 /* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     int lane, k, m;
     for (m = 0; m < 3; m++) {
-        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
-        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
-        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
-        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+        number[3 * m] = s.q[m].x;
+        number[3 * m + 1] = s.q[m].y;
+        number[3 * m + 2] = s.q[m].z;
+        number[12 + m] = s.inverse_edge2[m];
     }
-    SPRINGLS__W(store)(number[9], s.p.x);
-    SPRINGLS__W(store)(number[10], s.p.y);
-    SPRINGLS__W(store)(number[11], s.p.z);
-    SPRINGLS__W(store)(number[15], s.bounding_radius);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
-        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    number[9] = s.p.x;
+    number[10] = s.p.y;
+    number[11] = s.p.z;
+    number[15] = s.bounding_radius;
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);
     }
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
@@ -2879,40 +2961,44 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
 /* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 16; k++) number[k][lane] = from[k];
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];
     }
     for (m = 0; m < 3; m++) {
-        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
-        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = number[12 + m];
     }
-    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
-    s.bounding_radius = SPRINGLS__W(load)(number[15]);
+    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);
+    s.bounding_radius = number[15];
     return s;
 }
 
 /* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     int lane, k, m;
     for (m = 0; m < 3; m++) {
-        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
-        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
-        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
-        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+        number[3 * m] = s.q[m].x;
+        number[3 * m + 1] = s.q[m].y;
+        number[3 * m + 2] = s.q[m].z;
+        number[12 + m] = s.inverse_edge2[m];
     }
-    SPRINGLS__W(store)(number[9], s.p.x);
-    SPRINGLS__W(store)(number[10], s.p.y);
-    SPRINGLS__W(store)(number[11], s.p.z);
-    SPRINGLS__W(store)(number[15], s.bounding_radius);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
-        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    number[9] = s.p.x;
+    number[10] = s.p.y;
+    number[11] = s.p.z;
+    number[15] = s.bounding_radius;
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);
     }
 }
 
@@ -4190,23 +4276,6 @@ SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
-   that of a motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
-{
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    float rate2 = 0.0f;
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;
-}
-
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
 
@@ -4214,97 +4283,6 @@ SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s
 SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
 {
     return n * springls__cospi(time / period);
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
-/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/advect_body.h -------- */
-/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-/* -------- back in kernels_embed/stages/advect.h -------- */
-
-SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)
-{
-    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
-}
-
-/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
-SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
-{
-    springls__v3 middle = springls__add(k2, k3);
-    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
-}
-
-/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
-SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
-{
-    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
-}
-
-/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
-   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
-   of the slopes shows what that rule leaves out. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,
-                                          springls__v3 residual, float dt)
-{
-    const float path = 0.2f, rule = 0.01f;
-    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
-    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = path * springls__length(residual);
-    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
-    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4317,12 +4295,12 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
 
-/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
-SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+/* Returns true when the topology constraint holds a springl at p, facing n, back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, springls__v3 n, springls__v3 displacement)
 {
-    float before = springls__grid_sample(g, g->phi, s.p);
-    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
-    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
+    float before = springls__grid_sample(g, g->phi, p);
+    float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));
+    return springls__held_by_topology(before, after, displacement, n) != 0;
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -4390,7 +4368,7 @@ typedef struct springls__force_rule {
     float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
-    float dt, stage_time[4]; /* of the Runge-Kutta stages */
+    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
@@ -4398,33 +4376,9 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* Returns sigma of eq. 1 at x. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                               float time)
-{
-    const float *n = rule->flow_numbers;
-    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
-    float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
-        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
-    if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
-    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);
-    if (rule->velocity.channels == 0) return out;
-    springls__field_sample(&rule->velocity, model->force.velocity, x, v);
-    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
-}
-
-/* Returns true where there is a sigma of eq. 1. */
-SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
-{
-    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
-}
-
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                              springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                                 springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
@@ -4437,13 +4391,22 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
     return out;
 }
 
+/* Returns the displacement by eq. 22's curvature term at x, facing n. */
+SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                                    springls__v3 n)
+{
+    if (rule->smoothing == 0.0f) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);
+}
+
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+}
+
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
-
-typedef struct springls__movers {
-    springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */
-} springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
 #define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
@@ -4454,148 +4417,721 @@ typedef struct springls__movers {
 #define SPRINGLS__MOVED_MORE 2
 #define SPRINGLS__MOVED_FAR 3
 
-/* Returns how far a springl moves, by its displacements. */
-SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
+SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
 {
-    float largest2 = 0.0f;
-    int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
-    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
     if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
     return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
 }
 
-/* Returns whether forces act on a particle: it lies in their region. */
-SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
+   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
 {
-    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
 }
 
-/* Returns true when the displacements of all points are finite, and their squares too. */
-SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
+                                                                float omega)
 {
-    int m, finite = 1;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
-    return finite != 0;
+    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
+    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
 }
 
-/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. flow: that at the particle, without the push. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time, springls__v3 *flow)
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                  float dt)
 {
-    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
-    springls__movers slope;
+    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));
+    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
+}
+
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
+{
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
+    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
+    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
+                                            SPRINGLS__W(length2)(k4));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
+}
+
+/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+   integration. */
+typedef struct SPRINGLS__W(movers) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
+    SPRINGLS__NUM error;
+} SPRINGLS__W(movers);
+
+/* Places in several lanes as numbers. */
+typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)
+{
+    SPRINGLS__W(store)(lanes->x, v.x);
+    SPRINGLS__W(store)(lanes->y, v.y);
+    SPRINGLS__W(store)(lanes->z, v.z);
+}
+
+SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)
+{
+    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);
+}
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)
+{
+    lanes->x[lane] = v.x;
+    lanes->y[lane] = v.y;
+    lanes->z[lane] = v.z;
+}
+
+/* Returns the normal of a springl with these points; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+{
+    return SPRINGLS__W(normalize)(
+        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
+}
+
+/* Returns the velocity at x of the user's flow, or of the samples. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__NUM3 x, int k, bool sampled)
+{
+    SPRINGLS__W(lanes) at, velocity;
+    int lane;
+    SPRINGLS__W(lanes_store)(&at, x);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
+        float sample[3];
+        if (sampled) {
+            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
+            v = springls__v3_make(sample[0], sample[1], sample[2]);
+        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
+        SPRINGLS__W(lane_set)(&velocity, lane, v);
+    }
+    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
+}
+
+/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
+                                                      SPRINGLS__NUM3 x, int k)
+{
+    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
+    const float *n = rule->flow_numbers;
+    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
+    if (rule->velocity.channels == 0) return out;
+    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
+}
+
+/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
+                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
+{
+    SPRINGLS__W(lanes) p, n, sum;
+    int lane;
+    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&sum, out);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&sum, lane,
+                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
+                                                  SPRINGLS__W(lane_get)(&sum, lane)));
+    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
+}
+
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
+{
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
+    SPRINGLS__W(movers) slope;
     int m;
-    slope.error = 0.0f;
-    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
-    if (!model->params.vertex_velocity) {
-        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
+    slope.error = SPRINGLS__W(broadcast)(0.0f);
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
         return slope;
     }
-    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));
-    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
     return slope;
 }
 
 /* Returns all points, moved by s times their slopes. */
-SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
 {
     int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
     return at;
 }
 
-/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
-   at the stages after the first; what pushes is taken to be as it was there. */
-SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
-                                                     const springls__v3 *flow)
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
 {
-    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
-    change = springls__sub(last, flow[2]);
-    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
-    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
-                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
-    return springls__mad(change, middle, 4.0f);
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
-                                                           springls__movers at)
+/* Returns the displacements of points at `at`. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
+                                                                   SPRINGLS__W(movers) at)
 {
-    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
-    int m;
-    if (rule->euler) {
-        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
-        k1.error = -1.0f;
-        return k1;
+    SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int k, m;
+    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
+        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
-    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
-    return d;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
 }
 
-/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
-                                                    springls__springl s, springls__movers d)
+/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
+   topology constraint holds a springl back. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
 {
-    springls__v3 smoothing;
-    int m;
-    if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
-    smoothing = springls__scale(smoothing, rule->smoothing);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
+    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];
+    int m, lane;
+    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
+        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);
+        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));
+        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
-   moves. */
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    int m;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
+        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+    }
+    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return SPRINGLS__W(select)(length2 > 0.0f, r, error);
+}
+
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
+{
+    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__COND finite;
+    SPRINGLS__W(springl) s;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
+    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    SPRINGLS__W(store)(springls__moved_error(model) + first, error);
+    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
+    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
+}
+
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
+{
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
+}
+
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
+}
+
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+{
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) {
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+    }
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/advect_body.h -------- */
+/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
+   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
+                                                                float omega)
+{
+    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
+    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
+}
+
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                  float dt)
+{
+    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));
+    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
+}
+
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
+{
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
+    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
+    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
+                                            SPRINGLS__W(length2)(k4));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
+}
+
+/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+   integration. */
+typedef struct SPRINGLS__W(movers) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
+    SPRINGLS__NUM error;
+} SPRINGLS__W(movers);
+
+/* Places in several lanes as numbers. */
+typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)
+{
+    SPRINGLS__W(store)(lanes->x, v.x);
+    SPRINGLS__W(store)(lanes->y, v.y);
+    SPRINGLS__W(store)(lanes->z, v.z);
+}
+
+SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)
+{
+    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);
+}
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)
+{
+    lanes->x[lane] = v.x;
+    lanes->y[lane] = v.y;
+    lanes->z[lane] = v.z;
+}
+
+/* Returns the normal of a springl with these points; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+{
+    return SPRINGLS__W(normalize)(
+        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
+}
+
+/* Returns the velocity at x of the user's flow, or of the samples. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__NUM3 x, int k, bool sampled)
+{
+    SPRINGLS__W(lanes) at, velocity;
+    int lane;
+    SPRINGLS__W(lanes_store)(&at, x);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
+        float sample[3];
+        if (sampled) {
+            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
+            v = springls__v3_make(sample[0], sample[1], sample[2]);
+        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
+        SPRINGLS__W(lane_set)(&velocity, lane, v);
+    }
+    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
+}
+
+/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
+                                                      SPRINGLS__NUM3 x, int k)
+{
+    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
+    const float *n = rule->flow_numbers;
+    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
+    if (rule->velocity.channels == 0) return out;
+    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
+}
+
+/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
+                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
+{
+    SPRINGLS__W(lanes) p, n, sum;
+    int lane;
+    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&sum, out);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&sum, lane,
+                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
+                                                  SPRINGLS__W(lane_get)(&sum, lane)));
+    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
+}
+
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
+{
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
+    SPRINGLS__W(movers) slope;
+    int m;
+    slope.error = SPRINGLS__W(broadcast)(0.0f);
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
+    return slope;
+}
+
+/* Returns all points, moved by s times their slopes. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
+    return at;
+}
+
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Returns the displacements of points at `at`. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
+                                                                   SPRINGLS__W(movers) at)
+{
+    SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int k, m;
+    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
+        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
+}
+
+/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
+   topology constraint holds a springl back. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];
+    int m, lane;
+    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
+        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);
+        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));
+        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);
+    return d;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    int m;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
+        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+    }
+    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return SPRINGLS__W(select)(length2 > 0.0f, r, error);
+}
+
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
+{
+    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__COND finite;
+    SPRINGLS__W(springl) s;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
+    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    SPRINGLS__W(store)(springls__moved_error(model) + first, error);
+    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
+    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
+}
+
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
+{
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
+}
+
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
+}
+
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+{
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) {
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+    }
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
+}
+/* -------- back in kernels_embed/stages/advect.h -------- */
+
+/* Finds what becomes of springl i by the forces of the rule. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
-    springls__springl s = model->set.s[i];
-    springls__movers at, d;
-    float d2;
-    int m;
     (void)args;
-    at.error = 0.0f;
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
-        springls__displacement2(model)[i] = 0.0f;
-        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
-        return;
-    }
-    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
-    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    d2 = springls__length2(d.x[0]);
-    springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = springls__how_far(d);
+    springls__displace(model, &rule, i);
 }
 
-/* Moves springl i by its displacements, if it moves at all. */
-SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
+/* Finds it for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
-    springls__movers d;
-    springls__springl s;
-    int m;
-    (void)args;
-    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
-    d = springls__displacement(model)[i];
-    s = model->set.s[i];
-    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
-    s.p = springls__add(s.p, d.x[0]);
-    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
-    model->set.s[i] = springls__springl_finished(s);
+    springls__force_rule rule = *model->force.rule;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);
+    for (; begin < end; begin++) springls__displace_element(model, args, begin);
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
@@ -4665,6 +5201,9 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
+/* The largest of some floats, at least 0, and how many are more than a limit. */
+typedef struct springls__largest { float value; int more; } springls__largest;
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -4683,7 +5222,7 @@ struct springls_backend {
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
     springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
@@ -4734,13 +5273,18 @@ typedef struct springls__motion {
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
     int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
-    springls__movers *displacement;
-    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
-    struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
+
+/* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
+typedef struct springls__held {
+    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+    int active_count, free_count, slot_count, some_asleep;
+    float way;
+    bool opposed, in_use;
+} springls__held;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
@@ -4796,7 +5340,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
-    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -4806,6 +5350,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
+                               been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
+    springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
@@ -5155,6 +5703,23 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angu
     return gaps;
 }
 
+/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
+SPRINGLS__MATHS uint32_t springls__sector(float u, float v)
+{
+    const float eighth = 0.414213562f; /* tan(pi / 8) */
+    float a = springls__fabs(u), b = springls__fabs(v);
+    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);
+    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);
+    return 1u << (u < 0.0f ? 8 + k : 15 - k);
+}
+
+/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */
+SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
+{
+    uint32_t empty = ~(sectors | sectors << 16);
+    return (empty & empty >> 1 & empty >> 2) == 0u;
+}
+
 /* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
@@ -5234,20 +5799,46 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
+   above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
+                                         float high)
+{
+    springls__springl s = model->set.s[other];
+    springls__v3 d = springls__sub(s.p, x);
+    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;
+    return !springls__of_two_contact_bodies(model, of, other)
+           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;
+}
+
+/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */
+SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,
+                                             float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    uint32_t sectors = 0u;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        sectors |= springls__sector(u, v);
+        if (springls__sectors_close(sectors)) return true;
+    }
+    return false;
+}
+
+/* Finds the widest gap between the directions from x to the particles beside it. */
 SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
                                                              springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__lies_beside(model, of, other, x, n, r, high))
+            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
 }
 
@@ -6629,17 +7220,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
+    springls__widest_gap gap;
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;
+    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, i, x, n)) return seed;
     fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)
+        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
@@ -6902,25 +7496,36 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
+/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */
+SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)
+{
+    springls__tri_plan plan;
+    within += s->bounding_radius;
+    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;
+    plan = springls__tri_plan_make(springls__springl_tri(*s));
+    return springls__tri_distance2(&plan, x);
+}
+
 /* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
-   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the
+   springls right beside x first, which cover most places. */
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
-    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
+    walk = springls__cell_walk_around(model, x, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float within = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
+        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
+        if (d2 == FLT_MAX) continue;
+        nearest2 = springls__min(nearest2, d2);
         if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;
     }
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
@@ -7059,11 +7664,15 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 
 typedef struct springls__near_ranges {
     int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */
+    int rows;                                               /* ranges that are rows of cells, the first ones */
 } springls__near_ranges;
 
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)
 {
     if (first == end) return;
+    near_by->y[near_by->count] = y;
+    near_by->z[near_by->count] = z;
     near_by->first[near_by->count] = first;
     near_by->end[near_by->count++] = end;
 }
@@ -7084,10 +7693,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    near_by.rows = near_by.count;
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
     return near_by;
+}
+
+/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */
+SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)
+{
+    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */
+    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];
+    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
 /* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
@@ -7149,9 +7767,9 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
 }
 
 /* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
-   else it is of another sheet. */
+   else it is of another sheet, which is noted in *opposed when it faces against. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
-                                           int last)
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
@@ -7160,6 +7778,7 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
               + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -7186,7 +7805,7 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -7206,7 +7825,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
@@ -7243,7 +7862,8 @@ SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__
 
 /* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__v3 common = springls__common_facing(model, near_by);
@@ -7253,10 +7873,10 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
         springls__clear_row(sums + springls__sums_of_row(r), common);
     for (r = 0; r < near_by->count && !one_sheet; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -7270,26 +7890,48 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
-SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                                            springls__v3 x)
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;
+}
+
+/* Returns whether a springl at an edge is near voxel v of the brick, at x. */
+SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,
+                                               springls__v3 x)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+   there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            int v, springls__v3 x)
+{
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
+    springls__estimate none;
+    int r, k;
+    none.weight = none.distance = 0.0f;
+    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;
     samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+            float weight = springls__edge_weight(s->p, x);
+            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    estimate.weight = estimate.distance = 0.0f;
-    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
+    }
+    return springls__edge_distance(&samples, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7324,7 +7966,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
@@ -7335,7 +7977,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -7344,18 +7986,19 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
@@ -8216,6 +8859,20 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
    removed. */
 
+/* ---- rows ---- */
+
+/* Returns row `row` of the brick in a tile: eight voxels. */
+SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)
+{
+    return tile + springls__tile_index(0, row & 7, row >> 3);
+}
+
+/* Returns row `row` of active brick i in phi_next. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)
+{
+    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+}
+
 /* ---- parts ---- */
 
 /* Finds voxel x of a row of the brick at o. */
@@ -8430,7 +9087,18 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+}
+
+/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
+SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int row, x;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -8438,20 +9106,17 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *tile)
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
-    const springls__grid *g = &model->grid;
-    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
+    if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool candidates = some && springls__row_has_joint_candidate(phi);
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        if (!springls__row_has_joint_candidate(phi)) continue;
         for (x = 0; x < 8; x++) {
-            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
 }
@@ -8541,20 +9206,18 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
+    const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], max_neighbors = (float)(max_voxels - 1);
-        bool some = springls__count_beside(phi, max_neighbors, beside);
+        float beside[8];
+        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
         for (x = 0; x < 8; x++) {
-            out[x] = phi[x];
-            if (!some || beside[x] > max_neighbors) continue;
+            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels))
+                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -9264,8 +9927,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 
 /* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
-    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
     X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
@@ -9318,7 +9979,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \
+      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
     X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
     X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
@@ -9336,6 +9998,9 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+    X(displace, 128,                                                                                                             \
+      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \
+          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
@@ -9503,20 +10168,25 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* Returns the largest of the first `count` floats of an array, at least 0. */
-SPRINGLS__FN float springls__largest(springls_context *ctx, springls__array array, int count)
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
+SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
     const float *values;
-    float largest = 0.0f;
+    springls__largest found = { 0.0f, 0 };
     int i;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, &largest) == SPRINGLS_OK) return largest;
+        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
         springls__fall_back_to_host(ctx);
+        found.value = 0.0f;
+        found.more = 0;
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0.0f;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
     values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
-    return largest;
+    for (i = 0; i < count; i++) {
+        found.value = springls__max(found.value, values[i]);
+        found.more += values[i] > limit;
+    }
+    return found;
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -9992,6 +10662,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
+    ctx->way = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
@@ -9999,7 +10670,8 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement =
+        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
     return SPRINGLS_OK;
 }
 
@@ -10306,6 +10978,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
+    ctx->way = 0.0f;
+    ctx->opposed = true;
+    ctx->held.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -10626,10 +11301,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
-   point moves at all. */
-typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
-
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
@@ -10708,12 +11379,19 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
+/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
+{
+    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
+           || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
 /* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
 SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
                                           float time, springls__v3 *normals, springls__v3 *flow)
 {
     int i, count = batch->count;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
@@ -10757,15 +11435,6 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
-SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
-{
-    if (!springls__all_finite_movers(d)) block->finite = 0;
-    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
-    block->moving += how_far == SPRINGLS__MOVED_FAR;
-    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
-}
-
 /* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
    where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
 SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
@@ -10794,10 +11463,9 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
-    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
     springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
@@ -10809,13 +11477,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
         a[i] = set->a[springl];
         ids[i] = set->id[springl];
+        before[i] = set->error[springl];
         x[i] = set->s[springl].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = -1.0f;
+        memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
@@ -10829,20 +11498,10 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
             error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
-    memset(block, 0, sizeof *block);
-    block->finite = block->still = 1;
-    for (i = 0; i < count; i++) {
-        const springls__grid *g = &motion->ctx->model.grid;
-        springls__springl s = set->s[springls[i]];
-        springls__movers d;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s, d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[springls[i]] = d;
-        motion->how_far[springls[i]] = springls__how_far(d);
-        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
-    }
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+    for (; i < count; i++)
+        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
@@ -10897,8 +11556,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
+/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
+    int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -10907,6 +11568,9 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
+    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
+                                                                         motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -10936,50 +11600,39 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
+/* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
-    motion->displacement = springls__displacement(&ctx->model);
-    motion->how_far = springls__is_moving(&ctx->model);
-    motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(
-        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
-    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
+                                    springls__kernels[SPRINGLS__KERNEL_displace].writes));
     springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
+   finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    float largest2 = 0.0f;
-    bool finite = true;
-    int i;
-    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
-    motion->still = true;
-    for (i = 0; i < springls__advect_blocks(motion); i++) {
-        finite = finite && motion->blocks[i].finite;
-        motion->still = motion->still && motion->blocks[i].still;
-        largest2 = springls__max(largest2, motion->blocks[i].largest2);
-        motion->moving += motion->blocks[i].moving;
-    }
-    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    springls_context *ctx = motion->ctx;
+    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
+    motion->moving = largest.more;
+    motion->still = largest.value == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
 
-/* Returns true when the device can evaluate the forces, and completes the rule for it. */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
+   not skip springls outside of a region. */
+SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -10997,6 +11650,7 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
         const springls_backend *backend = motion->ctx->backend;
+        if (!motion->ctx->on_device) return false;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         motion->rule.flow = SPRINGLS__FLOW_USER;
     }
@@ -11018,29 +11672,18 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Finds all displacements on the device, the largest one and how many springls move. */
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
+/* Sends what the kernel needs of the forces to the device. */
+SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
-    motion->still = motion->moved == 0.0f
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
-    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
-    return ctx->backend_status;
+    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
 /* Returns true where there is nothing that moves springls. */
@@ -11051,23 +11694,58 @@ SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
         && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
-/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
+/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
+    int count = ctx->model.set.count;
+    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
-    motion->blocks = NULL;
     motion->listed = NULL;
-    motion->count = ctx->model.set.count;
-    motion->moved = 0.0f;
-    motion->moving = 0;
-    motion->still = true;
-    if (springls__has_no_force(motion)) return SPRINGLS_OK;
-    if (ctx->on_device && springls__device_can_displace(motion)) {
-        springls_status status = springls__displace_on_device(motion);
+    motion->count = springls__has_no_force(motion) ? 0 : count;
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    if (by_kernel && ctx->on_device) {
+        springls_status status = springls__forces_to_device(motion);
+        if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
+        by_kernel = springls__kernel_can_displace(motion);
     }
-    return springls__displace_on_host(motion);
+    if (!by_kernel) return springls__displace_in_blocks(motion);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
+    *ctx->model.force.rule = motion->rule;
+    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
+   list. */
+SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    springls__constellation *set = &ctx->model.set;
+    uint8_t *how_far;
+    int i;
+    if (!motion->listed) {
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+        springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
+    how_far = springls__is_moving(&ctx->model);
+    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    for (i = motion->count - 1; i >= 0; i--) {
+        int to = motion->listed[i];
+        uint8_t how = how_far[i];
+        how_far[i] = SPRINGLS__MOVED_NOT;
+        how_far[to] = how;
+        set->s[to] = springls__moved_springls(&ctx->model)[i];
+        set->error[to] = springls__moved_error(&ctx->model)[i];
+    }
+    return SPRINGLS_OK;
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -11081,7 +11759,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(motion));
+        SPRINGLS__TRY(springls__displace_all(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(motion);
@@ -11092,12 +11770,11 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     if (!motion->still) {
-        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        SPRINGLS__TRY(springls__take_moved(motion));
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 
@@ -11108,7 +11785,7 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
     springls__finish_loop(ctx);
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
@@ -13210,11 +13887,15 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
+   together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
+   reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {
+        ctx->neighbors_age++;
+        return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
     springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
@@ -13742,6 +14423,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_way == 0.0f) return;
+    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+}
+
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
 {
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
@@ -13791,6 +14479,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
@@ -13800,6 +14489,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
+        springls__find_opposed(ctx);
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
@@ -14371,6 +15061,106 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* ======== >>follow  (src/solver/follow.h) ====================================================================== */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
+   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
+   changes no later bits. */
+
+/* Returns true when phi is behind the springls by lazy steps. */
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+
+/* What projecting changes, but for what is found again when it is needed. */
+#define SPRINGLS__HELD_BITS                                                                                                      \
+    (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
+
+/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+{
+    size_t at = 0;
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        size_t bytes;
+        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
+        if (memory && !back) {
+            memcpy(memory + at, buffer->data, bytes);
+        } else if (memory) {
+            memcpy(buffer->data, memory + at, bytes);
+            buffer->host_stale = false;
+            buffer->device_stale = buffer->device != NULL;
+        }
+        at += bytes;
+    }
+    return at;
+}
+
+/* Remembers the level set as the steps have left it. */
+SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_held(ctx, (char *)held->memory.data, false);
+    held->active_count = ctx->model.grid.active_count;
+    held->free_count = ctx->model.grid.free_count;
+    held->slot_count = ctx->model.grid.slot_count;
+    held->some_asleep = ctx->model.grid.some_asleep;
+    held->way = ctx->way;
+    held->opposed = ctx->opposed;
+    held->in_use = true;
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the level set as the steps have left it: what continues from there calls this first. */
+SPRINGLS__FN void springls__end_reading(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    if (!held->in_use) return;
+    ctx->model.grid.active_count = held->active_count;
+    ctx->model.grid.free_count = held->free_count;
+    ctx->model.grid.slot_count = held->slot_count;
+    springls__copy_held(ctx, (char *)held->memory.data, true);
+    ctx->model.grid.some_asleep = held->some_asleep;
+    ctx->way = held->way;
+    ctx->opposed = held->opposed;
+    ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
+    held->in_use = false;
+}
+
+/* Makes phi follow; springls stay as they are. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+{
+    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_PROJECT);
+    springls_status status;
+    springls__use_device(ctx);
+    ctx->calls++;
+    springls__wake_all(ctx);
+    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    ctx->calls--;
+    springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
+    return springls__report_device_failure(ctx, status);
+}
+
+/* Makes phi and springls agree for a call that reads the level set, if no step is in progress. Every such call does this. */
+SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
+{
+    springls_status status;
+    if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    status = springls__follow(ctx);
+    if (status != SPRINGLS_OK) springls__end_reading(ctx);
+    return status;
+}
+
+/* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
+SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
+{
+    if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
+    ctx->held.in_use = false;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
 /* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
@@ -14447,6 +15237,34 @@ SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
+/* Returns true when the step in progress may leave phi behind: nothing in it reads phi, or the normals that relax keeps. */
+SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const springls_step_desc *desc = &ctx->step.desc;
+    const springls_forces *forces = &ctx->step.forces;
+    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+        && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
+        && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
+        && !forces->pressure_batch && !forces->pressure_grid.data;
+}
+
+/* Returns true when phi has been left behind and the step in progress needs it. */
+SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
+{
+    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+}
+
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+}
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
@@ -14513,13 +15331,43 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* What is left of a lazy sub-step when springls have moved. */
+static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    if (springls__stays_lazy(ctx)) {
+        ctx->way += ctx->motion.moved;
+        ctx->step.next = springls__lazy_end;
+        return SPRINGLS_OK;
+    }
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
@@ -14568,27 +15416,6 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
 SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 {
@@ -14625,6 +15452,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
@@ -14768,6 +15597,20 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
 /* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
+/* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
+SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__read_level_set(ctx);
+}
+
+/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__change_level_set(ctx);
+}
+
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -14782,6 +15625,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__end_reading(ctx);
     springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
@@ -14831,18 +15675,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces
-   phi as a whole calls this first, so that no motion is lost. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
+   that no motion is lost. No step is in progress. */
+SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
-    SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     if (!(displacement > 0.0f)) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
+}
+
+/* Ends the step in progress, and makes phi follow whatever has moved. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__settle_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -14863,7 +15713,8 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     springls_status status;
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    ctx->way = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
@@ -14880,7 +15731,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
     return springls__max_speed(ctx, forces, time, speed);
 }
 
@@ -14976,6 +15827,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
+    p.lazy_way = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -15014,6 +15866,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
+    p.lazy_way = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -15061,6 +15914,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
+    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -15133,6 +15987,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->held.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -15243,6 +16098,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
@@ -17022,7 +17878,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__make_original(ctx));
@@ -17202,8 +18058,10 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
+    ctx->way = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -17858,7 +18716,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
@@ -18538,6 +19396,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
@@ -18876,6 +19735,7 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
                                            | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
                                            | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
@@ -18954,7 +19814,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
@@ -19098,7 +19958,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
@@ -19674,7 +20534,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
@@ -19738,7 +20598,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -19775,6 +20635,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
+    springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
@@ -20016,7 +20877,7 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, way) X(int32_t, opposed)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -20316,6 +21177,8 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
+    s->way = ctx->way;
+    s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
@@ -20468,6 +21331,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
@@ -20554,6 +21418,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!(s->way >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -20960,6 +21825,9 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
+    ctx->way = s->way;
+    ctx->opposed = s->opposed != 0;
+    ctx->held.in_use = false;
     springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -21041,6 +21909,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -21067,6 +21936,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -21089,6 +21959,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
@@ -21109,7 +21980,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 859 \"springls.h\"\n",
+    "#line 882 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -21186,6 +22057,8 @@ static const char *const springls__kernel_lines[] = {
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
     "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
+    "    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
+    "                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
@@ -21215,7 +22088,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1817 \"springls.h\"\n",
+    "#line 1842 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -21264,8 +22137,9 @@ static const char *const springls__kernel_lines[] = {
     "/* surface: triangles in all. */\n",
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
-    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;\n",
+    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
+    "   floats above it are counted. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -21297,7 +22171,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1926 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21311,9 +22185,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
     "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
     "    /* advect */                                                                                                                 \\\n",
-    "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
+    "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
+    "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -21339,6 +22214,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \\\n",
     "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
@@ -21362,8 +22238,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
-    "    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \\\n",
+    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -21385,7 +22260,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1989 \"springls.h\"\n",
+    "#line 2016 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21461,7 +22336,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2066 \"springls.h\"\n",
+    "#line 2093 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21476,11 +22351,13 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__load(from) (*(from))\n",
     "#define springls__store(to, x) (void)(*(to) = (x))\n",
     "#define springls__to_int(x) ((int)(x))\n",
+    "#define springls__negated_if_odd(x, k) ((k) & 1 ? -(x) : (x))\n",
+    "#define springls__transpose(rows) (void)(rows)\n",
     "#define springls__of_bits(bits) springls__float_of_bits(bits)\n",
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2086 \"springls.h\"\n",
+    "#line 2115 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21495,7 +22372,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2102 \"springls.h\"\n",
+    "#line 2131 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21612,14 +22489,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
     "{\n",
-    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;\n",
     "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
     "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));\n",
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2255 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21645,7 +22522,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2253 \"springls.h\"\n",
+    "#line 2282 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21665,8 +22542,11 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_int(k) convert_float8(k)\n",
     "#define springls__vec_to_int(x) convert_int8(x)\n",
     "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "#define springls__vec_any(where) any(where)\n",
+    "#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))\n",
+    "#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))\n",
     "SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
     "SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
     "\n",
@@ -21685,8 +22565,10 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_floor(x) springls__floor(x)\n",
     "#define springls__vec_to_int(x) springls__to_int(x)\n",
     "#define springls__vec_of_bits(bits) springls__of_bits(bits)\n",
+    "#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)\n",
     "#define springls__vec_not(where) (!(where))\n",
     "#define springls__vec_any(where) ((where) != 0)\n",
+    "#define springls__vec_transpose(rows) (void)(rows)\n",
     "#define springls__vec_min(a, b) springls__min(a, b)\n",
     "#define springls__vec_max(a, b) springls__max(a, b)\n",
     "\n",
@@ -21715,6 +22597,7 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)\n",
     "#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)\n",
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#define springls__vec_negated_if_odd(x, k) ((springls__vec)((springls__vmask)(x) ^ ((k) << 31)))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
@@ -21783,11 +22666,54 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "}\n",
     "\n",
+    "/* Interleaves the lower halves of two vectors, or the upper ones. */\n",
+    "#if defined(__clang__) && SPRINGLS__LANES == 8\n",
+    "#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)\n",
+    "#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)\n",
+    "#elif defined(__clang__)\n",
+    "#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 4, 1, 5)\n",
+    "#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)\n",
+    "#else\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_low(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if SPRINGLS__LANES == 8\n",
+    "    const springls__vmask from = { 0, 8, 1, 9, 2, 10, 3, 11 };\n",
+    "#else\n",
+    "    const springls__vmask from = { 0, 4, 1, 5 };\n",
+    "#endif\n",
+    "    return __builtin_shuffle(a, b, from);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if SPRINGLS__LANES == 8\n",
+    "    const springls__vmask from = { 4, 12, 5, 13, 6, 14, 7, 15 };\n",
+    "#else\n",
+    "    const springls__vmask from = { 2, 6, 3, 7 };\n",
+    "#endif\n",
+    "    return __builtin_shuffle(a, b, from);\n",
+    "}\n",
+    "#endif\n",
+    "\n",
     "#endif\n",
     "\n",
     "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
     "\n",
     "#if SPRINGLS__LANES > 1\n",
+    "/* Makes the rows of a square of numbers its columns. */\n",
+    "SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)\n",
+    "{\n",
+    "    springls__vec old[SPRINGLS__LANES];\n",
+    "    int round, i;\n",
+    "    for (round = 1; round < SPRINGLS__LANES; round *= 2) {\n",
+    "        for (i = 0; i < SPRINGLS__LANES; i++) old[i] = rows[i];\n",
+    "        for (i = 0; i < SPRINGLS__LANES / 2; i++) {\n",
+    "            rows[2 * i] = springls__vec_zip_low(old[i], old[i + SPRINGLS__LANES / 2]);\n",
+    "            rows[2 * i + 1] = springls__vec_zip_high(old[i], old[i + SPRINGLS__LANES / 2]);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Returns x rounded down, for |x| < 2^31. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)\n",
     "{\n",
@@ -21796,7 +22722,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2483 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21811,7 +22737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2420 \"springls.h\"\n",
+    "#line 2498 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21928,21 +22854,21 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
     "{\n",
-    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;\n",
     "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
     "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));\n",
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2544 \"springls.h\"\n",
+    "#line 2622 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2552 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21954,7 +22880,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2564 \"springls.h\"\n",
+    "#line 2642 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21969,7 +22895,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2580 \"springls.h\"\n",
+    "#line 2658 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22013,7 +22939,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2624 \"springls.h\"\n",
+    "#line 2702 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22028,7 +22954,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2639 \"springls.h\"\n",
+    "#line 2717 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22072,7 +22998,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2683 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22151,7 +23077,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2762 \"springls.h\"\n",
+    "#line 2840 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22166,84 +23092,6 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2778 \"springls.h\"\n",
-    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
-    "\n",
-    "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
-    "typedef struct SPRINGLS__W(springl) {\n",
-    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
-    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
-    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
-    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
-    "} SPRINGLS__W(springl);\n",
-    "\n",
-    "/* Returns s with the members that follow from q and p. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
-    "{\n",
-    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
-    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
-    "    }\n",
-    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
-    "    return s;\n",
-    "}\n",
-    "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
-    "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
-    "    SPRINGLS__W(springl) s;\n",
-    "    int lane, k, m;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
-    "    }\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
-    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
-    "    }\n",
-    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
-    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
-    "    return s;\n",
-    "}\n",
-    "\n",
-    "/* Writes them to the places that they were read from. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
-    "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
-    "    int lane, k, m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
-    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
-    "    }\n",
-    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
-    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
-    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
-    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
-    "    }\n",
-    "}\n",
-    "#line 2841 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
     "#line 2856 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
@@ -22271,43 +23119,129 @@ static const char *const springls__kernel_lines[] = {
     "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];\n",
     "    }\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
-    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = number[12 + m];\n",
     "    }\n",
-    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
-    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
+    "    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = number[15];\n",
     "    return s;\n",
     "}\n",
     "\n",
     "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    int lane, k, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
-    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "        number[3 * m] = s.q[m].x;\n",
+    "        number[3 * m + 1] = s.q[m].y;\n",
+    "        number[3 * m + 2] = s.q[m].z;\n",
+    "        number[12 + m] = s.inverse_edge2[m];\n",
     "    }\n",
-    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
-    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
-    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
-    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    number[9] = s.p.x;\n",
+    "    number[10] = s.p.y;\n",
+    "    number[11] = s.p.z;\n",
+    "    number[15] = s.bounding_radius;\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2920 \"springls.h\"\n",
+    "#line 2923 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2938 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
+    "\n",
+    "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
+    "typedef struct SPRINGLS__W(springl) {\n",
+    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
+    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
+    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
+    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
+    "} SPRINGLS__W(springl);\n",
+    "\n",
+    "/* Returns s with the members that follow from q and p. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
+    "{\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    int lane, k, m;\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];\n",
+    "    }\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = number[12 + m];\n",
+    "    }\n",
+    "    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = number[15];\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Writes them to the places that they were read from. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
+    "    int lane, k, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        number[3 * m] = s.q[m].x;\n",
+    "        number[3 * m + 1] = s.q[m].y;\n",
+    "        number[3 * m + 2] = s.q[m].z;\n",
+    "        number[12 + m] = s.inverse_edge2[m];\n",
+    "    }\n",
+    "    number[9] = s.p.x;\n",
+    "    number[10] = s.p.y;\n",
+    "    number[11] = s.p.z;\n",
+    "    number[15] = s.bounding_radius;\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
+    "    }\n",
+    "}\n",
+    "#line 3006 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22651,7 +23585,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3265 \"springls.h\"\n",
+    "#line 3351 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -23108,7 +24042,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3723 \"springls.h\"\n",
+    "#line 3809 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23284,7 +24218,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3900 \"springls.h\"\n",
+    "#line 3986 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23457,7 +24391,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4074 \"springls.h\"\n",
+    "#line 4160 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23576,120 +24510,13 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "\n",
-    "/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,\n",
-    "   that of a motion that turns or stretches as this one does, and that of rounding. */\n",
-    "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)\n",
-    "{\n",
-    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
-    "    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));\n",
-    "    float rate2 = 0.0f;\n",
-    "    int m;\n",
-    "    if (!(springls__length2(d[0]) > 0.0f)) return error;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float arm2 = springls__length2(springls__sub(s.q[m], s.p));\n",
-    "        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);\n",
-    "    }\n",
-    "    rate2 = springls__min(rate2, 1.0f);\n",
-    "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
-    "}\n",
-    "#line 4211 \"springls.h\"\n",
+    "#line 4280 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
     "SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)\n",
     "{\n",
     "    return n * springls__cospi(time / period);\n",
-    "}\n",
-    "\n",
-    "#line 4220 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4236 \"springls.h\"\n",
-    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "#line 4249 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4264 \"springls.h\"\n",
-    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "#line 4277 \"springls.h\"\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
-    "{\n",
-    "    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
-    "{\n",
-    "    springls__v3 middle = springls__add(k2, k3);\n",
-    "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
-    "{\n",
-    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
-    "}\n",
-    "\n",
-    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
-    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
-    "   of the slopes shows what that rule leaves out. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,\n",
-    "                                          springls__v3 residual, float dt)\n",
-    "{\n",
-    "    const float path = 0.2f, rule = 0.01f;\n",
-    "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
-    "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = path * springls__length(residual);\n",
-    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
-    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -23702,12 +24529,12 @@ static const char *const springls__kernel_lines[] = {
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */\n",
-    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)\n",
+    "/* Returns true when the topology constraint holds a springl at p, facing n, back from a displacement of its particle. */\n",
+    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, springls__v3 n, springls__v3 displacement)\n",
     "{\n",
-    "    float before = springls__grid_sample(g, g->phi, s.p);\n",
-    "    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));\n",
-    "    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;\n",
+    "    float before = springls__grid_sample(g, g->phi, p);\n",
+    "    float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));\n",
+    "    return springls__held_by_topology(before, after, displacement, n) != 0;\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -23775,7 +24602,7 @@ static const char *const springls__kernel_lines[] = {
     "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
-    "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
+    "    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
     "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
@@ -23783,33 +24610,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
-    "/* Returns sigma of eq. 1 at x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                               float time)\n",
-    "{\n",
-    "    const float *n = rule->flow_numbers;\n",
-    "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
-    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
-    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);\n",
-    "    if (rule->velocity.channels == 0) return out;\n",
-    "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
-    "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
-    "}\n",
-    "\n",
-    "/* Returns true where there is a sigma of eq. 1. */\n",
-    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
-    "{\n",
-    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
-    "}\n",
-    "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                              springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                 springls__v3 n, springls__v3 out)\n",
     "{\n",
     "    float rho;\n",
     "    if (rule->pressure.channels != 0) {\n",
@@ -23822,13 +24625,22 @@ static const char *const springls__kernel_lines[] = {
     "    return out;\n",
     "}\n",
     "\n",
+    "/* Returns the displacement by eq. 22's curvature term at x, facing n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                    springls__v3 n)\n",
+    "{\n",
+    "    if (rule->smoothing == 0.0f) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);\n",
+    "}\n",
+    "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "}\n",
+    "\n",
     "/* The points of a springl that move: its particle, and its vertices. */\n",
     "#define SPRINGLS__MOVERS 4\n",
-    "\n",
-    "typedef struct springls__movers {\n",
-    "    springls__v3 x[SPRINGLS__MOVERS];\n",
-    "    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */\n",
-    "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
     "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
@@ -23839,150 +24651,722 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MOVED_MORE 2\n",
     "#define SPRINGLS__MOVED_FAR 3\n",
     "\n",
-    "/* Returns how far a springl moves, by its displacements. */\n",
-    "SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)\n",
+    "/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)\n",
     "{\n",
-    "    float largest2 = 0.0f;\n",
-    "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));\n",
-    "    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
     "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "/* Returns whether forces act on a particle: it lies in their region. */\n",
-    "SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)\n",
+    "#line 4429 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4445 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
+    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
     "{\n",
-    "    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
     "\n",
-    "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
-    "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
+    "                                                                float omega)\n",
     "{\n",
-    "    int m, finite = 1;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
-    "    return finite != 0;\n",
+    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
     "}\n",
     "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. flow: that at the particle, without the push. */\n",
-    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                  float dt)\n",
     "{\n",
-    "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
-    "    springls__movers slope;\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
+    "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
+    "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
+    "                                            SPRINGLS__W(length2)(k4));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
+    "}\n",
+    "\n",
+    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "   integration. */\n",
+    "typedef struct SPRINGLS__W(movers) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
+    "    SPRINGLS__NUM error;\n",
+    "} SPRINGLS__W(movers);\n",
+    "\n",
+    "/* Places in several lanes as numbers. */\n",
+    "typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    SPRINGLS__W(store)(lanes->x, v.x);\n",
+    "    SPRINGLS__W(store)(lanes->y, v.y);\n",
+    "    SPRINGLS__W(store)(lanes->z, v.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)\n",
+    "{\n",
+    "    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)\n",
+    "{\n",
+    "    lanes->x[lane] = v.x;\n",
+    "    lanes->y[lane] = v.y;\n",
+    "    lanes->z[lane] = v.z;\n",
+    "}\n",
+    "\n",
+    "/* Returns the normal of a springl with these points; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    return SPRINGLS__W(normalize)(\n",
+    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
+    "}\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
+    "        float sample[3];\n",
+    "        if (sampled) {\n",
+    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
+    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
+    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                      SPRINGLS__NUM3 x, int k)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
+    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
+    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
+    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
+    "    SPRINGLS__W(movers) slope;\n",
     "    int m;\n",
-    "    slope.error = 0.0f;\n",
-    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
-    "    if (!model->params.vertex_velocity) {\n",
-    "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
+    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
     "        return slope;\n",
     "    }\n",
-    "    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
     "    return slope;\n",
     "}\n",
     "\n",
     "/* Returns all points, moved by s times their slopes. */\n",
-    "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
     "{\n",
     "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
-    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
-    "                                                     const springls__v3 *flow)\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
-    "    change = springls__sub(last, flow[2]);\n",
-    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
-    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
-    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
-    "    return springls__mad(change, middle, 4.0f);\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                           springls__movers at)\n",
+    "/* Returns the displacements of points at `at`. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                                   SPRINGLS__W(movers) at)\n",
     "{\n",
-    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
-    "    int m;\n",
-    "    if (rule->euler) {\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
-    "        k1.error = -1.0f;\n",
-    "        return k1;\n",
+    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    int k, m;\n",
+    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
+    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
-    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
-    "    return d;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
     "}\n",
     "\n",
-    "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
-    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
-    "                                                    springls__springl s, springls__movers d)\n",
+    "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
+    "   topology constraint holds a springl back. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
     "{\n",
-    "    springls__v3 smoothing;\n",
-    "    int m;\n",
-    "    if (rule->smoothing == 0.0f) return d;\n",
-    "    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);\n",
-    "    smoothing = springls__scale(smoothing, rule->smoothing);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
+    "    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];\n",
+    "    int m, lane;\n",
+    "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
+    "        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));\n",
+    "        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);\n",
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it\n",
-    "   moves. */\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    int m;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
+    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "    }\n",
+    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
+    "}\n",
+    "\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
+    "{\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__COND finite;\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
+    "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
+    "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
+    "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
+    "}\n",
+    "\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
+    "{\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 4775 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4790 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
+    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
+    "                                                                float omega)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                  float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
+    "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
+    "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
+    "                                            SPRINGLS__W(length2)(k4));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
+    "}\n",
+    "\n",
+    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "   integration. */\n",
+    "typedef struct SPRINGLS__W(movers) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
+    "    SPRINGLS__NUM error;\n",
+    "} SPRINGLS__W(movers);\n",
+    "\n",
+    "/* Places in several lanes as numbers. */\n",
+    "typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    SPRINGLS__W(store)(lanes->x, v.x);\n",
+    "    SPRINGLS__W(store)(lanes->y, v.y);\n",
+    "    SPRINGLS__W(store)(lanes->z, v.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)\n",
+    "{\n",
+    "    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)\n",
+    "{\n",
+    "    lanes->x[lane] = v.x;\n",
+    "    lanes->y[lane] = v.y;\n",
+    "    lanes->z[lane] = v.z;\n",
+    "}\n",
+    "\n",
+    "/* Returns the normal of a springl with these points; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    return SPRINGLS__W(normalize)(\n",
+    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
+    "}\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
+    "        float sample[3];\n",
+    "        if (sampled) {\n",
+    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
+    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
+    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                      SPRINGLS__NUM3 x, int k)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
+    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
+    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
+    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
+    "    SPRINGLS__W(movers) slope;\n",
+    "    int m;\n",
+    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
+    "        return slope;\n",
+    "    }\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
+    "    return slope;\n",
+    "}\n",
+    "\n",
+    "/* Returns all points, moved by s times their slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
+    "{\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
+    "    return at;\n",
+    "}\n",
+    "\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacements of points at `at`. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                                   SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    int k, m;\n",
+    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
+    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
+    "   topology constraint holds a springl back. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];\n",
+    "    int m, lane;\n",
+    "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
+    "        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));\n",
+    "        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);\n",
+    "    return d;\n",
+    "}\n",
+    "\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    int m;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
+    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "    }\n",
+    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
+    "}\n",
+    "\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
+    "{\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__COND finite;\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
+    "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
+    "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
+    "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
+    "}\n",
+    "\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
+    "{\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 5120 \"springls.h\"\n",
+    "\n",
+    "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__movers at, d;\n",
-    "    float d2;\n",
-    "    int m;\n",
     "    (void)args;\n",
-    "    at.error = 0.0f;\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {\n",
-    "        springls__displacement2(model)[i] = 0.0f;\n",
-    "        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;\n",
-    "        return;\n",
-    "    }\n",
-    "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
-    "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    d2 = springls__length2(d.x[0]);\n",
-    "    springls__displacement(model)[i] = d;\n",
-    "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = springls__how_far(d);\n",
+    "    springls__displace(model, &rule, i);\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements, if it moves at all. */\n",
-    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds it for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
-    "    springls__movers d;\n",
-    "    springls__springl s;\n",
-    "    int m;\n",
-    "    (void)args;\n",
-    "    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;\n",
-    "    d = springls__displacement(model)[i];\n",
-    "    s = model->set.s[i];\n",
-    "    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);\n",
-    "    s.p = springls__add(s.p, d.x[0]);\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
+    "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5098 \"springls.h\"\n",
+    "#line 5646 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -24008,7 +25392,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5125 \"springls.h\"\n",
+    "#line 5673 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -24040,6 +25424,23 @@ static const char *const springls__kernel_lines[] = {
     "    gaps.angle[i] = angle;\n",
     "    gaps.count++;\n",
     "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */\n",
+    "SPRINGLS__MATHS uint32_t springls__sector(float u, float v)\n",
+    "{\n",
+    "    const float eighth = 0.414213562f; /* tan(pi / 8) */\n",
+    "    float a = springls__fabs(u), b = springls__fabs(v);\n",
+    "    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);\n",
+    "    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);\n",
+    "    return 1u << (u < 0.0f ? 8 + k : 15 - k);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */\n",
+    "SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)\n",
+    "{\n",
+    "    uint32_t empty = ~(sectors | sectors << 16);\n",
+    "    return (empty & empty >> 1 & empty >> 2) == 0u;\n",
     "}\n",
     "\n",
     "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
@@ -24077,7 +25478,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5195 \"springls.h\"\n",
+    "#line 5760 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24120,20 +25521,46 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
+    "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,\n",
+    "                                         float high)\n",
+    "{\n",
+    "    springls__springl s = model->set.s[other];\n",
+    "    springls__v3 d = springls__sub(s.p, x);\n",
+    "    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;\n",
+    "    return !springls__of_two_contact_bodies(model, of, other)\n",
+    "           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */\n",
+    "SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,\n",
+    "                                             float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    uint32_t sectors = 0u;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);\n",
+    "        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
+    "        sectors |= springls__sector(u, v);\n",
+    "        if (springls__sectors_close(sectors)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles beside it. */\n",
     "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
     "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__lies_beside(model, of, other, x, n, r, high))\n",
+    "            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));\n",
     "    return springls__angular_gaps_widest(gaps);\n",
     "}\n",
     "\n",
@@ -24179,7 +25606,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5298 \"springls.h\"\n",
+    "#line 5889 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24273,7 +25700,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 5393 \"springls.h\"\n",
+    "#line 5984 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24491,7 +25918,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5612 \"springls.h\"\n",
+    "#line 6203 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24617,7 +26044,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5739 \"springls.h\"\n",
+    "#line 6330 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24693,7 +26120,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5816 \"springls.h\"\n",
+    "#line 6407 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24708,7 +26135,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5831 \"springls.h\"\n",
+    "#line 6422 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24723,7 +26150,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5847 \"springls.h\"\n",
+    "#line 6438 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24734,7 +26161,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5858 \"springls.h\"\n",
+    "#line 6449 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24749,7 +26176,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5873 \"springls.h\"\n",
+    "#line 6464 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24760,7 +26187,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5884 \"springls.h\"\n",
+    "#line 6475 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24863,7 +26290,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5988 \"springls.h\"\n",
+    "#line 6579 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25342,7 +26769,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6468 \"springls.h\"\n",
+    "#line 7059 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25449,7 +26876,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6576 \"springls.h\"\n",
+    "#line 7167 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25506,17 +26933,20 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap;\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
+    "    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;\n",
+    "    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, i, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)\n",
+    "        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
     "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
@@ -25585,7 +27015,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6713 \"springls.h\"\n",
+    "#line 7307 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25774,28 +27204,39 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6903 \"springls.h\"\n",
+    "#line 7497 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
+    "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
+    "SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)\n",
+    "{\n",
+    "    springls__tri_plan plan;\n",
+    "    within += s->bounding_radius;\n",
+    "    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;\n",
+    "    plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    return springls__tri_distance2(&plan, x);\n",
+    "}\n",
+    "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
-    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the\n",
+    "   springls right beside x first, which cover most places. */\n",
     "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
     "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;\n",
+    "    walk = springls__cell_walk_around(model, x, x, r);\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float within = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
+    "        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);\n",
+    "        if (d2 == FLT_MAX) continue;\n",
+    "        nearest2 = springls__min(nearest2, d2);\n",
     "        if (nearest2 <= covered * covered) return false;\n",
-    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;\n",
     "    }\n",
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
@@ -25885,7 +27326,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7015 \"springls.h\"\n",
+    "#line 7620 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25898,7 +27339,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7029 \"springls.h\"\n",
+    "#line 7634 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25932,11 +27373,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__near_ranges {\n",
     "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */\n",
+    "    int rows;                                               /* ranges that are rows of cells, the first ones */\n",
     "} springls__near_ranges;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
+    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)\n",
     "{\n",
     "    if (first == end) return;\n",
+    "    near_by->y[near_by->count] = y;\n",
+    "    near_by->z[near_by->count] = z;\n",
     "    near_by->first[near_by->count] = first;\n",
     "    near_by->end[near_by->count++] = end;\n",
     "}\n",
@@ -25957,10 +27402,19 @@ static const char *const springls__kernel_lines[] = {
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
-    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);\n",
+    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);\n",
     "            }\n",
-    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);\n",
+    "    near_by.rows = near_by.count;\n",
+    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);\n",
     "    return near_by;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */\n",
+    "SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)\n",
+    "{\n",
+    "    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */\n",
+    "    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];\n",
+    "    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);\n",
     "}\n",
     "\n",
     "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
@@ -26022,9 +27476,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:\n",
-    "   else it is of another sheet. */\n",
+    "   else it is of another sheet, which is noted in *opposed when it faces against. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
-    "                                           int last)\n",
+    "                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
@@ -26033,6 +27487,7 @@ static const char *const springls__kernel_lines[] = {
     "        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x\n",
     "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y\n",
     "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;\n",
+    "        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;\n",
     "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
@@ -26059,7 +27514,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
-    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
@@ -26079,7 +27534,7 @@ static const char *const springls__kernel_lines[] = {
     "            offset.y = (float)y - p.y;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
     "            if (nearest) springls__nearest_row(s, offset, row, first, last);\n",
-    "            else springls__moments_row(s, offset, row, first, last);\n",
+    "            else springls__moments_row(s, offset, row, first, last, opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -26116,7 +27571,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums,\n",
+    "                                               SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    springls__v3 common = springls__common_facing(model, near_by);\n",
@@ -26126,10 +27582,10 @@ static const char *const springls__kernel_lines[] = {
     "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
     "    for (r = 0; r < near_by->count && !one_sheet; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -26143,26 +27599,48 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                                            springls__v3 x)\n",
+    "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
+    "SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a springl at an edge is near voxel v of the brick, at x. */\n",
+    "SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,\n",
+    "                                               springls__v3 x)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            int v, springls__v3 x)\n",
+    "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    springls__sample_set samples;\n",
-    "    springls__estimate estimate;\n",
-    "    int r, k, edges = 0;\n",
+    "    springls__estimate none;\n",
+    "    int r, k;\n",
+    "    none.weight = none.distance = 0.0f;\n",
+    "    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;\n",
     "    samples.count = 0;\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
-    "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
-    "            if (weight <= 0.0f) continue;\n",
-    "            edges += s->edge;\n",
-    "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
+    "            float weight = springls__edge_weight(s->p, x);\n",
+    "            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    estimate.weight = estimate.distance = 0.0f;\n",
-    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
+    "    }\n",
+    "    return springls__edge_distance(&samples, x);\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -26197,7 +27675,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
@@ -26208,7 +27686,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
-    "   springls carry phi along. */\n",
+    "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -26217,18 +27695,19 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;\n",
     "    bool carry = args.project.carry != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *side_unknown = 0;\n",
+    "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
@@ -26278,7 +27757,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7410 \"springls.h\"\n",
+    "#line 8053 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26429,7 +27908,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7562 \"springls.h\"\n",
+    "#line 8205 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26459,7 +27938,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7592 \"springls.h\"\n",
+    "#line 8235 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26474,7 +27953,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7608 \"springls.h\"\n",
+    "#line 8251 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26643,7 +28122,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7777 \"springls.h\"\n",
+    "#line 8420 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26658,7 +28137,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7792 \"springls.h\"\n",
+    "#line 8435 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26827,7 +28306,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7961 \"springls.h\"\n",
+    "#line 8604 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -26863,7 +28342,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7998 \"springls.h\"\n",
+    "#line 8641 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26987,7 +28466,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8123 \"springls.h\"\n",
+    "#line 8766 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -27078,10 +28557,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8215 \"springls.h\"\n",
+    "#line 8858 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
+    "\n",
+    "/* ---- rows ---- */\n",
+    "\n",
+    "/* Returns row `row` of the brick in a tile: eight voxels. */\n",
+    "SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)\n",
+    "{\n",
+    "    return tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "}\n",
+    "\n",
+    "/* Returns row `row` of active brick i in phi_next. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)\n",
+    "{\n",
+    "    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "}\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
@@ -27297,7 +28790,18 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->group.item == 0) *candidates = 0;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
+    "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
+    "}\n",
+    "\n",
+    "/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */\n",
+    "SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int row, x;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -27305,20 +28809,17 @@ static const char *const springls__kernel_lines[] = {
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
+    "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
+    "        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);\n",
+    "        if (!springls__row_has_joint_candidate(phi)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
+    "            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
+    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -27408,24 +28909,22 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
+    "    const float max_neighbors = (float)(max_voxels - 1);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
-    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
+    "        float beside[8];\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8563 \"springls.h\"\n",
+    "#line 9226 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27522,7 +29021,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8661 \"springls.h\"\n",
+    "#line 9324 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27598,7 +29097,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8738 \"springls.h\"\n",
+    "#line 9401 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27834,7 +29333,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8975 \"springls.h\"\n",
+    "#line 9638 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27859,7 +29358,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9001 \"springls.h\"\n",
+    "#line 9664 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28118,15 +29617,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9261 \"springls.h\"\n",
+    "#line 9924 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
     "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
-    "    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
     "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
@@ -28179,7 +29676,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \\\n",
+    "      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
     "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
@@ -28197,6 +29695,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
+    "    X(displace, 128,                                                                                                             \\\n",
+    "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \\\n",
+    "          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
@@ -28213,7 +29714,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28217 \"springls.h\"\n",
+    "#line 29718 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -28289,23 +29790,32 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Finds the largest float of chunk i, at least 0. */\n",
+    "/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */\n",
     "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
+    "    uint more = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
     "        largest = springls__max(largest, values[k]);\n",
-    "    ((__global float *)model->work.sums)[i] = largest;\n",
+    "        if (values[k] > args.chunk.limit) more++;\n",
+    "    }\n",
+    "    ((__global float *)model->work.sums)[2 * i] = largest;\n",
+    "    model->work.sums[2 * i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    float largest = 0.0f;\n",
+    "    uint more = 0;\n",
     "    int k;\n",
-    "    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
+    "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
+    "        more += model->work.sums[2 * k + 1];\n",
+    "    }\n",
     "    ((__global float *)model->work.counts)[i] = largest;\n",
+    "    model->work.counts[i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28814,8 +30324,22 @@ static const char *const springls__kernel_lines[] = {
     "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
     "    }\n",
     "\n",
+    "/* Defines one that does several elements at once where a work item has several: on a processor. */\n",
+    "#if defined(SPRINGLS__ON_PROCESSOR)\n",
+    "#define SPRINGLS__SIMD_ENTRY(kernel_name, task, writes)                                                                          \\\n",
+    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
+    "    {                                                                                                                            \\\n",
+    "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
+    "        model.group = springls__alone();                                                                                         \\\n",
+    "        springls__##kernel_name##_elements(&model, args, i, end);                                                                \\\n",
+    "    }\n",
+    "#else\n",
+    "#define SPRINGLS__SIMD_ENTRY SPRINGLS__ENTRY\n",
+    "#endif\n",
+    "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
-    "SPRINGLS__SIMD_KERNELS(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
@@ -29241,7 +30765,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__settle(ctx));
-    status = springls__settle(other);
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__settle_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
