@@ -356,7 +356,7 @@
    With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
    with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
    run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
    may move against each other.
 
      - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
@@ -1963,7 +1963,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
@@ -2014,8 +2014,8 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(lane_memory, float, 5)                    /* of project's lanes (launch.h)                                              */ \
-    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
+    X(lane_memory, float, 6)                    /* of project's lanes (launch.h)                                              */ \
+    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -5472,8 +5472,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
-   growth is cheap. Fails without memory, and leaves the buffer as it was. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by an eighth more than that, so
+   that repeated growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -5482,7 +5482,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (count > (SIZE_MAX / 2) / element) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a size overflows");
     bytes = count * element;
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
-    if (buffer->data) bytes += bytes / 2;
+    if (buffer->data) bytes += bytes / 8;
     memory = springls__allocate(ctx, bytes);
     if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
@@ -7704,11 +7704,15 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 
 typedef struct springls__near_ranges {
     int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */
+    int rows;                                               /* ranges that are rows of cells, the first ones */
 } springls__near_ranges;
 
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)
 {
     if (first == end) return;
+    near_by->y[near_by->count] = y;
+    near_by->z[near_by->count] = z;
     near_by->first[near_by->count] = first;
     near_by->end[near_by->count++] = end;
 }
@@ -7729,10 +7733,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    near_by.rows = near_by.count;
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
     return near_by;
+}
+
+/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */
+SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)
+{
+    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */
+    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];
+    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
 /* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
@@ -7917,26 +7930,48 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
-SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                                            springls__v3 x)
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;
+}
+
+/* Returns whether a springl at an edge is near voxel v of the brick, at x. */
+SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,
+                                               springls__v3 x)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+   there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            int v, springls__v3 x)
+{
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
+    springls__estimate none;
+    int r, k;
+    none.weight = none.distance = 0.0f;
+    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;
     samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+            float weight = springls__edge_weight(s->p, x);
+            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    estimate.weight = estimate.distance = 0.0f;
-    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
+    }
+    return springls__edge_distance(&samples, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7971,7 +8006,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
@@ -8864,6 +8899,20 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
    removed. */
 
+/* ---- rows ---- */
+
+/* Returns row `row` of the brick in a tile: eight voxels. */
+SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)
+{
+    return tile + springls__tile_index(0, row & 7, row >> 3);
+}
+
+/* Returns row `row` of active brick i in phi_next. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)
+{
+    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+}
+
 /* ---- parts ---- */
 
 /* Finds voxel x of a row of the brick at o. */
@@ -9078,7 +9127,18 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (model->group.item == 0) *candidates = 0;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+}
+
+/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
+SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int row, x;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -9086,20 +9146,17 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *tile)
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
-    const springls__grid *g = &model->grid;
-    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
+    if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool candidates = some && springls__row_has_joint_candidate(phi);
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        if (!springls__row_has_joint_candidate(phi)) continue;
         for (x = 0; x < 8; x++) {
-            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
 }
@@ -9189,20 +9246,18 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
+    const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], max_neighbors = (float)(max_voxels - 1);
-        bool some = springls__count_beside(phi, max_neighbors, beside);
+        float beside[8];
+        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
         for (x = 0; x < 8; x++) {
-            out[x] = phi[x];
-            if (!some || beside[x] > max_neighbors) continue;
+            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels))
+                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -15361,7 +15416,7 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
+    const float closely = 0.15f;
     float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
     return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }
@@ -21910,6 +21965,10 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
+    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
+    if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
+    if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
     for (i = 0; i < s->components; i++)
         springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
     for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
@@ -22336,7 +22395,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
@@ -22387,8 +22446,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(lane_memory, float, 5)                    /* of project's lanes (launch.h)                                              */ \\\n",
-    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
+    "    X(lane_memory, float, 6)                    /* of project's lanes (launch.h)                                              */ \\\n",
+    "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -27523,11 +27582,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__near_ranges {\n",
     "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */\n",
+    "    int rows;                                               /* ranges that are rows of cells, the first ones */\n",
     "} springls__near_ranges;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
+    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)\n",
     "{\n",
     "    if (first == end) return;\n",
+    "    near_by->y[near_by->count] = y;\n",
+    "    near_by->z[near_by->count] = z;\n",
     "    near_by->first[near_by->count] = first;\n",
     "    near_by->end[near_by->count++] = end;\n",
     "}\n",
@@ -27548,10 +27611,19 @@ static const char *const springls__kernel_lines[] = {
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
-    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);\n",
+    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);\n",
     "            }\n",
-    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);\n",
+    "    near_by.rows = near_by.count;\n",
+    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);\n",
     "    return near_by;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */\n",
+    "SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)\n",
+    "{\n",
+    "    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */\n",
+    "    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];\n",
+    "    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);\n",
     "}\n",
     "\n",
     "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
@@ -27736,26 +27808,48 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                                            springls__v3 x)\n",
+    "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
+    "SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a springl at an edge is near voxel v of the brick, at x. */\n",
+    "SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,\n",
+    "                                               springls__v3 x)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            int v, springls__v3 x)\n",
+    "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    springls__sample_set samples;\n",
-    "    springls__estimate estimate;\n",
-    "    int r, k, edges = 0;\n",
+    "    springls__estimate none;\n",
+    "    int r, k;\n",
+    "    none.weight = none.distance = 0.0f;\n",
+    "    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;\n",
     "    samples.count = 0;\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
-    "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
-    "            if (weight <= 0.0f) continue;\n",
-    "            edges += s->edge;\n",
-    "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
+    "            float weight = springls__edge_weight(s->p, x);\n",
+    "            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    estimate.weight = estimate.distance = 0.0f;\n",
-    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
+    "    }\n",
+    "    return springls__edge_distance(&samples, x);\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -27790,7 +27884,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
@@ -27872,7 +27966,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8058 \"springls.h\"\n",
+    "#line 8093 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -28023,7 +28117,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8210 \"springls.h\"\n",
+    "#line 8245 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -28053,7 +28147,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8240 \"springls.h\"\n",
+    "#line 8275 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28068,7 +28162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 8256 \"springls.h\"\n",
+    "#line 8291 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -28237,7 +28331,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8425 \"springls.h\"\n",
+    "#line 8460 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28252,7 +28346,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8440 \"springls.h\"\n",
+    "#line 8475 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -28421,7 +28515,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8609 \"springls.h\"\n",
+    "#line 8644 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28457,7 +28551,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8646 \"springls.h\"\n",
+    "#line 8681 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -28581,7 +28675,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8771 \"springls.h\"\n",
+    "#line 8806 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -28672,10 +28766,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8863 \"springls.h\"\n",
+    "#line 8898 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
+    "\n",
+    "/* ---- rows ---- */\n",
+    "\n",
+    "/* Returns row `row` of the brick in a tile: eight voxels. */\n",
+    "SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)\n",
+    "{\n",
+    "    return tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "}\n",
+    "\n",
+    "/* Returns row `row` of active brick i in phi_next. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)\n",
+    "{\n",
+    "    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "}\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
@@ -28891,7 +28999,18 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->group.item == 0) *candidates = 0;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
+    "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
+    "}\n",
+    "\n",
+    "/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */\n",
+    "SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int row, x;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -28899,20 +29018,17 @@ static const char *const springls__kernel_lines[] = {
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
+    "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
+    "        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);\n",
+    "        if (!springls__row_has_joint_candidate(phi)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
+    "            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
+    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -29002,24 +29118,22 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
+    "    const float max_neighbors = (float)(max_voxels - 1);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
-    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
+    "        float beside[8];\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9211 \"springls.h\"\n",
+    "#line 9266 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -29116,7 +29230,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9309 \"springls.h\"\n",
+    "#line 9364 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29192,7 +29306,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9386 \"springls.h\"\n",
+    "#line 9441 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29428,7 +29542,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9623 \"springls.h\"\n",
+    "#line 9678 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29453,7 +29567,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9649 \"springls.h\"\n",
+    "#line 9704 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29712,7 +29826,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9909 \"springls.h\"\n",
+    "#line 9964 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -29809,7 +29923,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 29813 \"springls.h\"\n",
+    "#line 29927 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
