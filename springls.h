@@ -37,6 +37,8 @@
      >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>cover:kernel         kernels_embed/stages/cover.h
+     >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>project:kernel       kernels_embed/stages/project.h
@@ -48,8 +50,6 @@
      >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
-     >>relax:kernel         kernels_embed/stages/relax.h
-     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
      >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
@@ -1830,6 +1830,12 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
+typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
+
+/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
+typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1879,6 +1885,8 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__relax_arguments relax;
+    springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -3201,13 +3209,6 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks phi as synced with particle i: stores its place. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.synced_position[i] = model->set.s[i].p;
-}
-
 /* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -3683,6 +3684,44 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
 {
     int c;
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
+SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)
+{
+    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+}
+
+/* Marks phi as synced with particle i, unless it is asleep: stores its place. */
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
+}
+
+/* Returns true when a particle is out of reach of the springls that are awake. */
+SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
+{
+    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
+}
+
+/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
+{
+    const springls__grid *g = &model->grid;
+    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row, v;
+    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+    return true;
 }
 
 /* Wakes the brick of a slot: its springls count as having stirred. */
@@ -4705,6 +4744,7 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
+    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -4783,6 +4823,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
+    bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -5367,10 +5408,16 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
+/* The first edge of a springl whose neighbors have not been found: it was asleep. */
+#define SPRINGLS__NOT_FOUND (-2)
+
+/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
+    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    else springls__find_neighbors(model, i, row);
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
@@ -5450,7 +5497,7 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
 /* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
@@ -5520,17 +5567,17 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool buried = model->params.project_level_set && springls__is_buried(model, s);
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    bool thin = model->params.keep_thin != 0;
+    bool thin = model->params.keep_thin != 0, buried, distant;
     *action = SPRINGLS__KEEP;
-    if (model->set.mask[i]) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i)) return;
+    buried = model->params.project_level_set && springls__is_buried(model, s);
+    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
@@ -5584,12 +5631,457 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, or of the mask. */
+/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
+
+typedef struct springls__relax_rule {
+    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
+    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
+    float sharpness;                 /* lambda_c                                 */
+    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
+} springls__relax_rule;
+
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
+{
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/relax_body.h -------- */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
+{
+    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
+}
+
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
+   asleep. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
+{
+    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
+    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
+}
+
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        bool all = true;
+        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);
+        if (all) springls__vec_relax_springl(model, rule, begin);
+        else
+            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)args;
+    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
@@ -5610,7 +6102,7 @@ SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model
     springls__springl s = model->set.s[i];
     int m;
     (void)args;
-    if (!model->set.mask[i])
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))
         for (m = 0; m < 3; m++)
             s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
@@ -5707,7 +6199,10 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
     springls__share share;
-    (void)args;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
@@ -6400,9 +6895,9 @@ SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *mod
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false;
+    bool candidate = false, asleep = springls__is_asleep(model, i);
     int other;
-    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
             candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
@@ -6423,6 +6918,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
+    if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
@@ -6443,7 +6939,7 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
     springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
     (void)args;
-    if (!model->set.edge[i] || model->set.mask[i]) return;
+    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
 }
@@ -6636,8 +7132,11 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 /* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__seed seed = springls__seed_beside(model, i);
+    springls__seed seed;
     (void)args;
+    springls__seed_action(model)[i] = SPRINGLS__REMOVE;
+    if (springls__is_asleep(model, i)) return;
+    seed = springls__seed_beside(model, i);
     springls__seeds(model)[i] = seed;
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
@@ -6935,6 +7434,11 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {
+        for (row = model->group.item; row < 81; row += model->group.items)
+            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        return;
+    }
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
         for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
@@ -7004,7 +7508,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f; /* voxels: springls move by no more than two at once */
-    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);
     (void)args;
     if (side != 0) model->set.overlapped[i] = side < 0;
 }
@@ -7023,6 +7527,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
+    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -7303,6 +7808,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = 0;
+    if (springls__keeps_phi(model, i)) return;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
@@ -7481,6 +7987,7 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
@@ -7506,442 +8013,6 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
     (void)args;
     springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
-}
-
-/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
-
-typedef struct springls__relax_rule {
-    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
-    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
-    float sharpness;                 /* lambda_c                                 */
-    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    springls_threshold threshold;    /* H                                         */
-    springls_weight weight;          /* W                                         */
-    bool physical;                   /* torque: eq. 19, else eq. 20               */
-} springls__relax_rule;
-
-SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = params->threshold;
-    rule.weight = params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/relax_body.h -------- */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
-    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
-}
-
-/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int i;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, args, i);
-    }
-    for (; begin < end; begin++) springls__relax_element(model, args, begin);
-}
-
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
-   Springls of the mask stay as they are. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)args;
-    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
-        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -8015,7 +8086,7 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
     springls__tri t = springls__springl_tri(model->set.s[i]);
-    return !model->set.mask[i]
+    return !model->set.mask[i] && !springls__is_asleep(model, i)
         && (springls__longest_edge2(t) > p->split_edge * p->split_edge
             || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
@@ -8102,13 +8173,6 @@ SPRINGLS__MATHS void springls__calm_element(const springls__model *model, spring
     SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
     (void)args;
     *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
-}
-
-/* Returns the slot of the brick that a place lies in. */
-SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
-{
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
 }
 
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
@@ -8378,6 +8442,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
@@ -8392,6 +8457,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -8493,6 +8559,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -13142,14 +13209,20 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
 /* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Springls that have woken since get
+   theirs then. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    springls__arguments args;
+    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period;
+    if (args.neighbors.missing && !ctx->neighbors_missing) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
-    ctx->neighbors_age = 0;
+    if (!args.neighbors.missing) {
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+        ctx->neighbors_age = 0;
+    }
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, &args);
+    ctx->neighbors_missing = ctx->model.grid.some_asleep != 0;
     return SPRINGLS_OK;
 }
 
@@ -13177,13 +13250,16 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
+    springls__arguments args;
+    args.relax.kept = ctx->work.kept;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx);
+            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+            ctx->work.kept = true;
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
@@ -13192,14 +13268,15 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
             return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
         springls__take_relaxed(ctx);
+        ctx->work.kept = false;
         ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
     case SPRINGLS__RELAX_COVERED:
     default:
@@ -20575,7 +20652,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
@@ -20899,6 +20976,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
+    ctx->neighbors_missing = true;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -21160,6 +21238,12 @@ static const char *const springls__kernel_lines[] = {
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
+    "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
+    "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
+    "\n",
+    "/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */\n",
+    "typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;\n",
+    "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
     "\n",
@@ -21209,6 +21293,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
+    "    springls__relax_arguments relax;\n",
+    "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -21224,7 +21310,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1899 \"springls.h\"\n",
+    "#line 1907 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21311,7 +21397,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1987 \"springls.h\"\n",
+    "#line 1995 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21387,7 +21473,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2064 \"springls.h\"\n",
+    "#line 2072 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21406,7 +21492,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2084 \"springls.h\"\n",
+    "#line 2092 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21421,7 +21507,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2100 \"springls.h\"\n",
+    "#line 2108 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21545,7 +21631,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2224 \"springls.h\"\n",
+    "#line 2232 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21571,7 +21657,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2251 \"springls.h\"\n",
+    "#line 2259 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21722,7 +21808,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2403 \"springls.h\"\n",
+    "#line 2411 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21737,7 +21823,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2418 \"springls.h\"\n",
+    "#line 2426 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21861,14 +21947,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2542 \"springls.h\"\n",
+    "#line 2550 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2550 \"springls.h\"\n",
+    "#line 2558 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21880,7 +21966,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2562 \"springls.h\"\n",
+    "#line 2570 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21895,7 +21981,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2578 \"springls.h\"\n",
+    "#line 2586 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21939,7 +22025,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2622 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21954,7 +22040,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2637 \"springls.h\"\n",
+    "#line 2645 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -21998,7 +22084,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2689 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22077,7 +22163,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2760 \"springls.h\"\n",
+    "#line 2768 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22092,7 +22178,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2776 \"springls.h\"\n",
+    "#line 2784 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22155,7 +22241,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2839 \"springls.h\"\n",
+    "#line 2847 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22170,7 +22256,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2854 \"springls.h\"\n",
+    "#line 2862 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22233,7 +22319,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2918 \"springls.h\"\n",
+    "#line 2926 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22520,13 +22606,6 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks phi as synced with particle i: stores its place. */\n",
-    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    model->set.synced_position[i] = model->set.s[i].p;\n",
-    "}\n",
-    "\n",
     "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -22573,7 +22652,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3259 \"springls.h\"\n",
+    "#line 3260 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -23003,6 +23082,44 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */\n",
+    "SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];\n",
+    "}\n",
+    "\n",
+    "/* Marks phi as synced with particle i, unless it is asleep: stores its place. */\n",
+    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a particle is out of reach of the springls that are awake. */\n",
+    "SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when active brick i is asleep, and copies its phi to phi_next. */\n",
+    "SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row, v;\n",
+    "    if (!g->some_asleep || g->awake[g->active[i]]) return false;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
     "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
     "{\n",
@@ -23023,7 +23140,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3710 \"springls.h\"\n",
+    "#line 3749 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23199,7 +23316,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3887 \"springls.h\"\n",
+    "#line 3926 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23372,7 +23489,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4061 \"springls.h\"\n",
+    "#line 4100 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23508,7 +23625,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4198 \"springls.h\"\n",
+    "#line 4237 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23517,7 +23634,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4207 \"springls.h\"\n",
+    "#line 4246 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23532,7 +23649,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4223 \"springls.h\"\n",
+    "#line 4262 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23545,7 +23662,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4236 \"springls.h\"\n",
+    "#line 4275 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23560,7 +23677,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4251 \"springls.h\"\n",
+    "#line 4290 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23573,7 +23690,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4264 \"springls.h\"\n",
+    "#line 4303 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -23897,7 +24014,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5085 \"springls.h\"\n",
+    "#line 5126 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -23923,7 +24040,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5112 \"springls.h\"\n",
+    "#line 5153 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -23992,7 +24109,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5182 \"springls.h\"\n",
+    "#line 5223 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24094,7 +24211,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5285 \"springls.h\"\n",
+    "#line 5326 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24180,12 +24297,18 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* The first edge of a springl whose neighbors have not been found: it was asleep. */\n",
+    "#define SPRINGLS__NOT_FOUND (-2)\n",
+    "\n",
+    "/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */\n",
     "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)args;\n",
-    "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;\n",
+    "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
+    "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 5377 \"springls.h\"\n",
+    "#line 5424 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24262,7 +24385,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
+    "    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
@@ -24332,17 +24455,17 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
-    "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    bool thin = model->params.keep_thin != 0;\n",
+    "    bool thin = model->params.keep_thin != 0, buried, distant;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->set.mask[i]) return;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
+    "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
+    "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
     "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
@@ -24396,14 +24519,457 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
+    "/* Makes springl i undecided unless it is removed already, of the mask or asleep. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5596 \"springls.h\"\n",
+    "#line 5643 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
+    "\n",
+    "typedef struct springls__relax_rule {\n",
+    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
+    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
+    "    float sharpness;                 /* lambda_c                                 */\n",
+    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
+    "} springls__relax_rule;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
+    "{\n",
+    "    springls__relax_rule rule;\n",
+    "    rule.rest = 2.0f * params->particle_radius;\n",
+    "    rule.radius = params->neighbor_radius;\n",
+    "    rule.d_max = params->d_max;\n",
+    "    rule.kappa_int = params->kappa_int;\n",
+    "    rule.kappa_ext = params->kappa_ext;\n",
+    "    rule.sharpness = params->sharpness;\n",
+    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
+    "    rule.step_rotation = params->relax_step_rotation;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
+    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
+    "    return rule;\n",
+    "}\n",
+    "\n",
+    "#line 5673 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 5689 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 5858 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 5873 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 6042 \"springls.h\"\n",
+    "\n",
+    "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
+    "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is\n",
+    "   asleep. */\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);\n",
+    "    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        bool all = true;\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);\n",
+    "        if (all) springls__vec_relax_springl(model, rule, begin);\n",
+    "        else\n",
+    "            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
+    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
+    "    (void)args;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    model->set.s[i] = springls__reversed(s);\n",
+    "}\n",
+    "#line 6088 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -24421,7 +24987,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    int m;\n",
     "    (void)args;\n",
-    "    if (!model->set.mask[i])\n",
+    "    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))\n",
     "        for (m = 0; m < 3; m++)\n",
     "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
@@ -24518,7 +25084,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n, u, v;\n",
     "    springls__share share;\n",
-    "    (void)args;\n",
+    "    if (springls__is_asleep(model, i)) {\n",
+    "        springls__keep_asleep(model, args, i);\n",
+    "        return;\n",
+    "    }\n",
     "    if (!model->set.mask[i]) {\n",
     "        n = springls__facing(model, s);\n",
     "        u = springls__first_arm(s, n);\n",
@@ -24529,7 +25098,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 5723 \"springls.h\"\n",
+    "#line 6218 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -24605,7 +25174,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5800 \"springls.h\"\n",
+    "#line 6295 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -24620,7 +25189,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5815 \"springls.h\"\n",
+    "#line 6310 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24635,7 +25204,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5831 \"springls.h\"\n",
+    "#line 6326 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24646,7 +25215,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5842 \"springls.h\"\n",
+    "#line 6337 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24661,7 +25230,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5857 \"springls.h\"\n",
+    "#line 6352 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -24672,7 +25241,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5868 \"springls.h\"\n",
+    "#line 6363 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -24775,7 +25344,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5972 \"springls.h\"\n",
+    "#line 6467 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25207,9 +25776,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool candidate = false;\n",
+    "    bool candidate = false, asleep = springls__is_asleep(model, i);\n",
     "    int other;\n",
-    "    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
     "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
     "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
@@ -25230,6 +25799,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */\n",
     "    int k;\n",
     "    (void)args;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
@@ -25250,11 +25820,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];\n",
     "    int m;\n",
     "    (void)args;\n",
-    "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
+    "    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6452 \"springls.h\"\n",
+    "#line 6948 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25361,7 +25931,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6560 \"springls.h\"\n",
+    "#line 7056 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -25441,8 +26011,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__seed seed = springls__seed_beside(model, i);\n",
+    "    springls__seed seed;\n",
     "    (void)args;\n",
+    "    springls__seed_action(model)[i] = SPRINGLS__REMOVE;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
+    "    seed = springls__seed_beside(model, i);\n",
     "    springls__seeds(model)[i] = seed;\n",
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
@@ -25497,7 +26070,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 6697 \"springls.h\"\n",
+    "#line 7196 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -25686,7 +26259,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6887 \"springls.h\"\n",
+    "#line 7386 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -25738,6 +26311,11 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t count = 0u;\n",
     "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {\n",
+    "        for (row = model->group.item; row < 81; row += model->group.items)\n",
+    "            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        return;\n",
+    "    }\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
     "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
@@ -25797,7 +26375,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6999 \"springls.h\"\n",
+    "#line 7503 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -25806,11 +26384,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
-    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7013 \"springls.h\"\n",
+    "#line 7517 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -25824,6 +26402,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
     "    (void)args;\n",
+    "    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
@@ -26104,6 +26683,7 @@ static const char *const springls__kernel_lines[] = {
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) *side_unknown = 0;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
@@ -26156,7 +26736,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7360 \"springls.h\"\n",
+    "#line 7866 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26281,6 +26861,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
@@ -26307,441 +26888,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 7512 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
-    "\n",
-    "typedef struct springls__relax_rule {\n",
-    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
-    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
-    "    float sharpness;                 /* lambda_c                                 */\n",
-    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    springls_threshold threshold;    /* H                                         */\n",
-    "    springls_weight weight;          /* W                                         */\n",
-    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
-    "} springls__relax_rule;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
-    "{\n",
-    "    springls__relax_rule rule;\n",
-    "    rule.rest = 2.0f * params->particle_radius;\n",
-    "    rule.radius = params->neighbor_radius;\n",
-    "    rule.d_max = params->d_max;\n",
-    "    rule.kappa_int = params->kappa_int;\n",
-    "    rule.kappa_ext = params->kappa_ext;\n",
-    "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
-    "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = params->threshold;\n",
-    "    rule.weight = params->weight;\n",
-    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
-    "    return rule;\n",
-    "}\n",
-    "\n",
-    "#line 7542 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7558 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 7727 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7742 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 7911 \"springls.h\"\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
-    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
-    "{\n",
-    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    int i;\n",
-    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
-    "        springls__vec_relax_springl(model, rule, begin);\n",
-    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
-    "            if (model->set.mask[i]) springls__relax_element(model, args, i);\n",
-    "    }\n",
-    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
-    "}\n",
-    "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
-    "   Springls of the mask stay as they are. */\n",
-    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
-    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
-    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    model->set.s[i] = springls__reversed(s);\n",
-    "}\n",
-    "#line 7948 \"springls.h\"\n",
+    "#line 8019 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -26812,7 +26959,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls_params *p = &model->params;\n",
     "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
-    "    return !model->set.mask[i]\n",
+    "    return !model->set.mask[i] && !springls__is_asleep(model, i)\n",
     "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
     "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
     "}\n",
@@ -26865,7 +27012,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8073 \"springls.h\"\n",
+    "#line 8144 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -26898,13 +27045,6 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
     "    (void)args;\n",
     "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
-    "}\n",
-    "\n",
-    "/* Returns the slot of the brick that a place lies in. */\n",
-    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
-    "{\n",
-    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
-    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
@@ -26956,7 +27096,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8165 \"springls.h\"\n",
+    "#line 8229 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27173,6 +27313,7 @@ static const char *const springls__kernel_lines[] = {
     "    int row;\n",
     "    (void)args;\n",
     "    if (model->group.item == 0) *candidates = 0;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
@@ -27187,6 +27328,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -27288,6 +27430,7 @@ static const char *const springls__kernel_lines[] = {
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -27303,7 +27446,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8513 \"springls.h\"\n",
+    "#line 8580 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27400,7 +27543,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8611 \"springls.h\"\n",
+    "#line 8678 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27476,7 +27619,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8688 \"springls.h\"\n",
+    "#line 8755 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27712,7 +27855,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8925 \"springls.h\"\n",
+    "#line 8992 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27737,7 +27880,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8951 \"springls.h\"\n",
+    "#line 9018 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -27996,7 +28139,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9211 \"springls.h\"\n",
+    "#line 9278 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -28091,7 +28234,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28095 \"springls.h\"\n",
+    "#line 28238 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

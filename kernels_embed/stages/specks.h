@@ -221,6 +221,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
@@ -235,6 +236,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -336,6 +338,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
