@@ -96,6 +96,7 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
+     >>follow               src/solver/follow.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -240,6 +241,8 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
+   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
 
@@ -324,6 +327,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
+                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -343,6 +347,24 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+   LAZY STEPS
+
+   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
+   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
+   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   may move against each other.
+
+     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
+       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
+       springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
+     - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
+       topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
+       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
+     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
+       and part again within it, is lost.
 
    CURVATURE
 
@@ -463,14 +485,15 @@
    centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
-       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
-       part.
+     - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
+       which are never used again. What splits and merges in one step has the ids as if it had split a step before.
+     - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
      - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
        three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
-       computed. The model has the same bits with and without it. Snapshots hold components and events.
+       computed. No step is lazy with it; else the model has the same bits with and without it. Snapshots hold components and
+       events.
      - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
 
    ERRORS OF PLACE
@@ -933,6 +956,8 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
+    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
+                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
@@ -1405,8 +1430,9 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
 typedef enum springls_event_kind {
     SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
-    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest that has not passed its id to
-                                  a larger part in the same step; of equal ones the lowest                          */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest of them; of equal ones the
+                                  lowest. Where that is a part of one that has split in the same step, and not the
+                                  largest of its parts, the id is new                                               */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
 } springls_event_kind;
 
@@ -1946,6 +1972,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
@@ -1985,7 +2012,8 @@ typedef union springls__arguments {
     X(current_components, struct springls__current_component, 1)                                                                 \
     X(springl_components, struct springls__bounded_components, 2)                                                                \
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
-    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \
+    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
+    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
     X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
     X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
@@ -3085,7 +3113,11 @@ SPRINGLS__MATHS springls__group springls__alone(void)
     return group;
 }
 
-SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+/* Returns whether a row is this item's; one alone does not divide, which takes long. */
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)
+{
+    return group.items == 1 || row % group.items == group.item;
+}
 
 typedef struct springls__model {
     springls__constellation set;
@@ -3450,6 +3482,13 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
+/* Copies a row of eight voxels. */
+SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
 /* Loads the row of a tile at (y, z), voxels of the domain. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              bool border, int y, int z, SPRINGLS__LOCAL float *out)
@@ -3461,7 +3500,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
         out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
     }
 }
@@ -3561,7 +3600,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
             SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
             SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
             for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
             for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
     }
@@ -4770,6 +4809,14 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
+/* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
+typedef struct springls__held {
+    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+    int active_count, free_count, slot_count, some_asleep;
+    float way;
+    bool opposed, in_use;
+} springls__held;
+
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
     SPRINGLS__ENTRY_RUN,
@@ -4825,7 +4872,7 @@ struct springls_context {
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
-    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -4835,6 +4882,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
+                               been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
+    springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
@@ -5364,12 +5415,15 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */
-SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)
+/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */
+SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)
 {
+    springls__springl o = model->set.s[other];
     if (springls__of_two_contact_bodies(model, i, other)) return true;
-    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
-    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);
+    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;
+    if (model->params.relax_same_side) return true;
+    return model->params.keep_thin
+        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));
 }
 
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
@@ -5400,7 +5454,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;
+        if (springls__is_other_sheet(model, n, normal, other)) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -7580,8 +7634,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
-   and its normal (0: none is near). */
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -7590,42 +7644,43 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
-SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
+/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
-/* Returns the sum of a vector, whose x is `member`. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
 {
-    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
-                             sums[springls__sum_at(member + 2, i)]);
+    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
 }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
 {
     springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
-    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
-    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
+    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
+    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
     return m;
 }
 
-/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
-   first. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
+   particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
     int i, k;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
-        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;
+        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);
         springls__vmask nearer = d2 < best;
-        if (!springls__vec_any(nearer)) continue;
         springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
         for (k = 0; k < 3; k++) {
-            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;
             springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
         }
     }
@@ -7633,22 +7688,23 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 
 SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    SPRINGLS__LOCAL float *at = sums + 8 * member + i;
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
-   another sheet. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
+   else it is of another sheet, which is noted in *opposed when it faces against. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
-        if (!springls__vec_any(w > 0.0f)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
+        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -7667,54 +7723,86 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Returns the first voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+/* Returns the first voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }
 
-/* Returns the last voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+/* Returns the last voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
+    int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
+    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    last = springls__last_near(p.x, radius);
+    z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
+    for (z = springls__first_near(p.z, radius); z <= z1; z++) {
+        float reach;
         offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
+        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
+        y1 = springls__last_near(p.y, reach);
+        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+            if (nearest) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
 
-/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
+/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
+SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+{
+    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);
+    sum = springls__normalize(sum);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return sum;
+}
+
+/* Begins the sums of a row; no springl is nearest yet. */
+SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    int i;
+    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
+    for (i = 0; i < 8; i++) {
+        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+        sums[8 * SPRINGLS__FACING + i] = facing.x;
+        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
+        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
+    }
+}
+
+/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k, v;
+    springls__v3 common = springls__common_facing(model, near_by);
+    bool one_sheet = springls__length2(common) > 0.5f;
+    int r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        for (v = 8 * r; v < 8 * r + 8; v++) {
-            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
-            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
-        }
+        springls__clear_row(sums + springls__sums_of_row(r), common);
+    for (r = 0; r < near_by->count && !one_sheet; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -7793,7 +7881,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -7802,30 +7890,33 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     if (springls__keeps_phi(model, i)) return;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
-                                                 phi[v]);
+            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,
+                                                 at_edge, phi[v]);
             } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
         }
+    }
 }
 
 /* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
@@ -9336,7 +9427,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \
+      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
     X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
     X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
@@ -10010,6 +10102,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
+    ctx->way = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
@@ -10324,6 +10417,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
+    ctx->way = 0.0f;
+    ctx->opposed = true;
+    ctx->held.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11115,7 +11211,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 
@@ -12602,7 +12697,10 @@ typedef struct springls__component {
 typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
 /* A previous component, by its place in the list, and one of the current ones that it has become. */
-typedef struct springls__component_link { int32_t previous, current; } springls__component_link;
+typedef struct springls__component_link {
+    int32_t previous, current;
+    int64_t votes; /* of springls; of links by `previous` only */
+} springls__component_link;
 
 /* The previous and the current components, and their links. */
 typedef struct springls__component_graph {
@@ -12710,7 +12808,7 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
         link.previous = (int32_t)(votes[i] >> 32);
         link.current = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
-        votes_here = (int64_t)(i - first);
+        link.votes = votes_here = (int64_t)(i - first);
         if (graph->previous[link.previous].view.cavity != graph->labels.item[link.current].cavity) continue;
         if (springls__is_link(votes_here, count[link.previous])
             || springls__is_link(votes_here, count[graph->previous_count + link.current]))
@@ -12728,6 +12826,7 @@ SPRINGLS__FN void springls__sort_links_by_current(springls__component_graph *gra
     for (i = 0; i < graph->link_count; i++) {
         graph->link_by_current[i].current = (int32_t)(key[i] >> 32);
         graph->link_by_current[i].previous = (int32_t)(key[i] & 0xffffffffu);
+        graph->link_by_current[i].votes = 0;
     }
 }
 
@@ -12779,39 +12878,54 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
 
 /* ---- ids ---- */
 
-/* Returns a key that sorts component i of a list by its volume, the largest first; those of equal volume by i. */
-SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
+/* Estimates the volume that a link has passed on, voxel^3 times `scale`: all of either component where it has no other link, else
+   the previous one's by the springls of its links. */
+SPRINGLS__FN double springls__passed_volume(const springls__component_graph *graph, const springls__component_link *link,
+                                            double scale)
 {
-    float size = springls__max((float)volume, 0.0f);
-    uint32_t bits;
-    memcpy(&bits, &size, sizeof bits);
-    return (uint64_t)(~bits) << 32 | (uint64_t)i;
+    double previous = graph->previous[link->previous].view.volume;
+    int parts, sources, i;
+    int64_t votes = 0;
+    const springls__component_link *all = springls__links_of(graph, link->previous, false, &parts);
+    springls__links_of(graph, link->current, true, &sources);
+    if (parts == 1) return previous;
+    if (sources == 1) return graph->labels.item[link->current].surface.volume * scale;
+    for (i = 0; i < parts; i++) votes += all[i].votes;
+    return previous * (double)link->votes / (double)votes;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
-   ones. */
+/* The largest link of a component; of equal ones the first. */
+typedef struct springls__largest_link { double volume; int32_t link; } springls__largest_link;
+
+SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double volume, int32_t link)
+{
+    if (largest->link >= 0 && !(volume > largest->volume)) return;
+    largest->volume = volume;
+    largest->link = link;
+}
+
+/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another. So what splits and merges
+   in one step has the ids as if it had split in a step before. All others get new ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
-    uint64_t *order;
-    int i, k;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->previous_count + 1));
-    order = springls__component_order(&ctx->model);
-    for (i = 0; i < graph->previous_count; i++) order[i] = springls__volume_key(graph->previous[i].view.volume, i);
-    springls__sort_keys(order, (size_t)graph->previous_count);
-    for (k = 0; k < graph->previous_count; k++) {
-        int32_t previous = (int32_t)(order[k] & 0xffffffffu), largest = -1;
-        int links;
-        const springls__component_link *link = springls__links_of(graph, previous, false, &links);
-        for (i = 0; i < links; i++) {
-            int32_t current = link[i].current;
-            if (item[current].id) continue;
-            if (largest < 0 || item[current].surface.volume > item[largest].surface.volume) largest = current;
-        }
-        if (largest >= 0) item[largest].id = graph->previous[previous].view.id;
+    const double scale = fabs(springls__determinant(ctx->to_world));
+    int nodes = graph->previous_count + graph->labels.count, i;
+    springls__largest_link *largest;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, largest_links, nodes));
+    largest = springls__largest_links(&ctx->model);
+    for (i = 0; i < nodes; i++) largest[i].link = -1;
+    for (i = 0; i < graph->link_count; i++) {
+        const springls__component_link *link = &graph->link[i];
+        double volume = springls__passed_volume(graph, link, scale);
+        springls__note_link(&largest[link->previous], volume, i);
+        springls__note_link(&largest[graph->previous_count + link->current], volume, i);
     }
-    for (i = 0; i < graph->labels.count; i++)
-        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    for (i = 0; i < graph->labels.count; i++) {
+        int32_t k = largest[graph->previous_count + i].link;
+        bool both = k >= 0 && largest[graph->link[k].previous].link == k;
+        item[i].id = both ? graph->previous[graph->link[k].previous].view.id : ++ctx->last_component_id;
+    }
     return SPRINGLS_OK;
 }
 
@@ -13209,14 +13323,17 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
-   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Springls that have woken since get
-   theirs then. Ends with a loop. */
+/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
+   together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
+   reason). Springls that have woken since get theirs then. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     springls__arguments args;
-    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period;
-    if (args.neighbors.missing && !ctx->neighbors_missing) return SPRINGLS_OK;
+    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period;
+    if (args.neighbors.missing) {
+        ctx->neighbors_age++;
+        if (!ctx->neighbors_missing) return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (!args.neighbors.missing) {
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
@@ -13751,6 +13868,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_way == 0.0f) return;
+    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+}
+
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
 {
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
@@ -13800,6 +13924,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
@@ -13809,6 +13934,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
+        springls__find_opposed(ctx);
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
@@ -14380,6 +14506,106 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* ======== >>follow  (src/solver/follow.h) ====================================================================== */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
+   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
+   changes no later bits. */
+
+/* Returns true when phi is behind the springls by lazy steps. */
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+
+/* What projecting changes, but for what is found again when it is needed. */
+#define SPRINGLS__HELD_BITS                                                                                                      \
+    (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
+
+/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+{
+    size_t at = 0;
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        size_t bytes;
+        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
+        if (memory && !back) {
+            memcpy(memory + at, buffer->data, bytes);
+        } else if (memory) {
+            memcpy(buffer->data, memory + at, bytes);
+            buffer->host_stale = false;
+            buffer->device_stale = buffer->device != NULL;
+        }
+        at += bytes;
+    }
+    return at;
+}
+
+/* Remembers the level set as the steps have left it. */
+SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_held(ctx, (char *)held->memory.data, false);
+    held->active_count = ctx->model.grid.active_count;
+    held->free_count = ctx->model.grid.free_count;
+    held->slot_count = ctx->model.grid.slot_count;
+    held->some_asleep = ctx->model.grid.some_asleep;
+    held->way = ctx->way;
+    held->opposed = ctx->opposed;
+    held->in_use = true;
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the level set as the steps have left it: what continues from there calls this first. */
+SPRINGLS__FN void springls__end_reading(springls_context *ctx)
+{
+    springls__held *held = &ctx->held;
+    if (!held->in_use) return;
+    ctx->model.grid.active_count = held->active_count;
+    ctx->model.grid.free_count = held->free_count;
+    ctx->model.grid.slot_count = held->slot_count;
+    springls__copy_held(ctx, (char *)held->memory.data, true);
+    ctx->model.grid.some_asleep = held->some_asleep;
+    ctx->way = held->way;
+    ctx->opposed = held->opposed;
+    ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
+    held->in_use = false;
+}
+
+/* Makes phi follow; springls stay as they are. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+{
+    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_PROJECT);
+    springls_status status;
+    springls__use_device(ctx);
+    ctx->calls++;
+    springls__wake_all(ctx);
+    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    ctx->calls--;
+    springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
+    return springls__report_device_failure(ctx, status);
+}
+
+/* Makes phi and springls agree for a call that reads the level set, if no step is in progress. Every such call does this. */
+SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
+{
+    springls_status status;
+    if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    status = springls__follow(ctx);
+    if (status != SPRINGLS_OK) springls__end_reading(ctx);
+    return status;
+}
+
+/* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
+SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
+{
+    if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
+    ctx->held.in_use = false;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
 /* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
@@ -14456,6 +14682,34 @@ SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
+/* Returns true when the step in progress may leave phi behind: nothing in it reads phi, or the normals that relax keeps. */
+SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const springls_step_desc *desc = &ctx->step.desc;
+    const springls_forces *forces = &ctx->step.forces;
+    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+        && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
+        && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
+        && !forces->pressure_batch && !forces->pressure_grid.data;
+}
+
+/* Returns true when phi has been left behind and the step in progress needs it. */
+SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
+{
+    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+}
+
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+}
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
@@ -14522,13 +14776,43 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* What is left of a lazy sub-step when springls have moved. */
+static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    if (springls__stays_lazy(ctx)) {
+        ctx->way += ctx->motion.moved;
+        ctx->step.next = springls__lazy_end;
+        return SPRINGLS_OK;
+    }
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
@@ -14577,27 +14861,6 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
 SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 {
@@ -14634,6 +14897,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
@@ -14777,6 +15042,20 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
 /* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
+/* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
+SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__read_level_set(ctx);
+}
+
+/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__change_level_set(ctx);
+}
+
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -14791,6 +15070,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__end_reading(ctx);
     springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
@@ -14840,18 +15120,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces
-   phi as a whole calls this first, so that no motion is lost. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
+   that no motion is lost. No step is in progress. */
+SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
-    SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     if (!(displacement > 0.0f)) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
+}
+
+/* Ends the step in progress, and makes phi follow whatever has moved. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__settle_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -14872,7 +15158,8 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     springls_status status;
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    ctx->way = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
@@ -14889,7 +15176,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
     return springls__max_speed(ctx, forces, time, speed);
 }
 
@@ -14985,6 +15272,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
+    p.lazy_way = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -15023,6 +15311,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
+    p.lazy_way = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -15070,6 +15359,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
+    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -15142,6 +15432,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->held.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -15252,6 +15543,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
@@ -17031,7 +17323,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__make_original(ctx));
@@ -17211,8 +17503,10 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
+    ctx->way = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -17867,7 +18161,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
@@ -18547,6 +18841,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
@@ -18885,6 +19180,7 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
    list would change the grid, or working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
                                            | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
                                            | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
@@ -18963,7 +19259,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
@@ -19107,7 +19403,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
@@ -19683,7 +19979,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
@@ -19747,7 +20043,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -19784,6 +20080,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
+    springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
@@ -20025,7 +20322,7 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, way) X(int32_t, opposed)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -20325,6 +20622,8 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
+    s->way = ctx->way;
+    s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
@@ -20477,6 +20776,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
@@ -20563,6 +20863,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!(s->way >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -20965,6 +21266,9 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
+    ctx->way = s->way;
+    ctx->opposed = s->opposed != 0;
+    ctx->held.in_use = false;
     springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -21047,6 +21351,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -21073,6 +21378,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
@@ -21095,6 +21401,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
@@ -21115,7 +21422,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 860 \"springls.h\"\n",
+    "#line 883 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -21192,6 +21499,8 @@ static const char *const springls__kernel_lines[] = {
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
     "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
+    "    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
+    "                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
@@ -21221,7 +21530,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1817 \"springls.h\"\n",
+    "#line 1843 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -21311,7 +21620,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1908 \"springls.h\"\n",
+    "#line 1934 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21353,6 +21662,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \\\n",
     "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
@@ -21392,13 +21702,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
     "    X(springl_components, struct springls__bounded_components, 2)                                                                \\\n",
     "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
-    "    X(component_order, uint64_t, 3) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                 \\\n",
+    "    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \\\n",
+    "    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \\\n",
     "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
     "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1996 \"springls.h\"\n",
+    "#line 2024 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21474,7 +21785,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2073 \"springls.h\"\n",
+    "#line 2101 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21493,7 +21804,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2093 \"springls.h\"\n",
+    "#line 2121 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21508,7 +21819,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2109 \"springls.h\"\n",
+    "#line 2137 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21632,7 +21943,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2233 \"springls.h\"\n",
+    "#line 2261 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21658,7 +21969,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2260 \"springls.h\"\n",
+    "#line 2288 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -21809,7 +22120,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2412 \"springls.h\"\n",
+    "#line 2440 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21824,7 +22135,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2455 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21948,14 +22259,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2551 \"springls.h\"\n",
+    "#line 2579 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2559 \"springls.h\"\n",
+    "#line 2587 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -21967,7 +22278,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2571 \"springls.h\"\n",
+    "#line 2599 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21982,7 +22293,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2587 \"springls.h\"\n",
+    "#line 2615 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22026,7 +22337,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2631 \"springls.h\"\n",
+    "#line 2659 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22041,7 +22352,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2646 \"springls.h\"\n",
+    "#line 2674 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22085,7 +22396,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2690 \"springls.h\"\n",
+    "#line 2718 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22164,7 +22475,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2769 \"springls.h\"\n",
+    "#line 2797 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22179,7 +22490,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2785 \"springls.h\"\n",
+    "#line 2813 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22242,7 +22553,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2848 \"springls.h\"\n",
+    "#line 2876 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22257,7 +22568,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2863 \"springls.h\"\n",
+    "#line 2891 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22320,7 +22631,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2927 \"springls.h\"\n",
+    "#line 2955 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22482,7 +22793,11 @@ static const char *const springls__kernel_lines[] = {
     "    return group;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }\n",
+    "/* Returns whether a row is this item's; one alone does not divide, which takes long. */\n",
+    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)\n",
+    "{\n",
+    "    return group.items == 1 || row % group.items == group.item;\n",
+    "}\n",
     "\n",
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
@@ -22653,7 +22968,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -22846,6 +23161,13 @@ static const char *const springls__kernel_lines[] = {
     "           || origin[2] + 9 > g->size[2];\n",
     "}\n",
     "\n",
+    "/* Copies a row of eight voxels. */\n",
+    "SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)\n",
+    "{\n",
+    "    int x;\n",
+    "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
+    "}\n",
+    "\n",
     "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
     "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
@@ -22857,7 +23179,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);\n",
     "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
     "    }\n",
     "}\n",
@@ -22957,7 +23279,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
     "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
-    "            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);\n",
     "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
     "        }\n",
     "    }\n",
@@ -23141,7 +23463,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3750 \"springls.h\"\n",
+    "#line 3789 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23317,7 +23639,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3927 \"springls.h\"\n",
+    "#line 3966 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23490,7 +23812,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4101 \"springls.h\"\n",
+    "#line 4140 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23626,7 +23948,7 @@ static const char *const springls__kernel_lines[] = {
     "    rate2 = springls__min(rate2, 1.0f);\n",
     "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
     "}\n",
-    "#line 4238 \"springls.h\"\n",
+    "#line 4277 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -23635,7 +23957,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 4247 \"springls.h\"\n",
+    "#line 4286 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23650,7 +23972,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4263 \"springls.h\"\n",
+    "#line 4302 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23663,7 +23985,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4276 \"springls.h\"\n",
+    "#line 4315 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23678,7 +24000,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4291 \"springls.h\"\n",
+    "#line 4330 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -23691,7 +24013,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4304 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -24015,7 +24337,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5127 \"springls.h\"\n",
+    "#line 5178 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -24041,7 +24363,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5154 \"springls.h\"\n",
+    "#line 5205 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -24110,7 +24432,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5224 \"springls.h\"\n",
+    "#line 5275 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24212,7 +24534,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5327 \"springls.h\"\n",
+    "#line 5378 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24253,12 +24575,15 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns true when springl `other` with normal m is of another sheet, side or body than springl i with normal n. */\n",
-    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other, springls__v3 m)\n",
+    "/* Returns true when springl `other` is of another sheet, side or body than springl i with normal n. */\n",
+    "SPRINGLS__MATHS bool springls__is_other_sheet(const springls__model *model, int i, springls__v3 n, int other)\n",
     "{\n",
+    "    springls__springl o = model->set.s[other];\n",
     "    if (springls__of_two_contact_bodies(model, i, other)) return true;\n",
-    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
-    "    return model->params.keep_thin && springls__across_gap(springls__sub(model->set.s[other].p, model->set.s[i].p), n, m);\n",
+    "    if (springls__dot(n, springls__tri_area2(springls__springl_tri(o))) > 0.0f) return false;\n",
+    "    if (model->params.relax_same_side) return true;\n",
+    "    return model->params.keep_thin\n",
+    "        && springls__across_gap(springls__sub(o.p, model->set.s[i].p), n, springls__springl_normal(o));\n",
     "}\n",
     "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
@@ -24289,7 +24614,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (springls__is_other_sheet(model, n, normal, other, springls__springl_normal(*o))) continue;\n",
+    "        if (springls__is_other_sheet(model, n, normal, other)) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -24309,7 +24634,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 5425 \"springls.h\"\n",
+    "#line 5479 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24527,7 +24852,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5644 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24557,7 +24882,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 5674 \"springls.h\"\n",
+    "#line 5728 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24572,7 +24897,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5690 \"springls.h\"\n",
+    "#line 5744 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24741,7 +25066,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 5859 \"springls.h\"\n",
+    "#line 5913 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24756,7 +25081,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5874 \"springls.h\"\n",
+    "#line 5928 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -24925,7 +25250,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6043 \"springls.h\"\n",
+    "#line 6097 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -24970,7 +25295,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6089 \"springls.h\"\n",
+    "#line 6143 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -25099,7 +25424,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6219 \"springls.h\"\n",
+    "#line 6273 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -25175,7 +25500,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6296 \"springls.h\"\n",
+    "#line 6350 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -25190,7 +25515,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6311 \"springls.h\"\n",
+    "#line 6365 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25205,7 +25530,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6327 \"springls.h\"\n",
+    "#line 6381 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25216,7 +25541,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6338 \"springls.h\"\n",
+    "#line 6392 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25231,7 +25556,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6353 \"springls.h\"\n",
+    "#line 6407 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25242,7 +25567,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6364 \"springls.h\"\n",
+    "#line 6418 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -25345,7 +25670,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6468 \"springls.h\"\n",
+    "#line 6522 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -25825,7 +26150,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6949 \"springls.h\"\n",
+    "#line 7003 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -25932,7 +26257,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7057 \"springls.h\"\n",
+    "#line 7111 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -26071,7 +26396,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7197 \"springls.h\"\n",
+    "#line 7251 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -26260,7 +26585,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7387 \"springls.h\"\n",
+    "#line 7441 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -26376,7 +26701,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7504 \"springls.h\"\n",
+    "#line 7558 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -26389,7 +26714,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7518 \"springls.h\"\n",
+    "#line 7572 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -26455,8 +26780,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,\n",
-    "   and its normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
+    "   nearest particle, and its normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -26465,42 +26790,43 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
+    "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
+    "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
+    "/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */\n",
+    "SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }\n",
     "\n",
-    "/* Returns the sum of a vector, whose x is `member`. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)\n",
     "{\n",
-    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
-    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
-    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
-    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
-    "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
-    "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);\n",
+    "    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];\n",
+    "    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];\n",
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
-    "   first. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the\n",
+    "   particle to the row's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i, k;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
     "        springls__vmask nearer = d2 < best;\n",
-    "        if (!springls__vec_any(nearer)) continue;\n",
     "        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));\n",
     "        for (k = 0; k < 3; k++) {\n",
-    "            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);\n",
+    "            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;\n",
     "            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));\n",
     "        }\n",
     "    }\n",
@@ -26508,22 +26834,23 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
     "{\n",
-    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
+    "    SPRINGLS__LOCAL float *at = sums + 8 * member + i;\n",
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
-    "   another sheet. */\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:\n",
+    "   else it is of another sheet, which is noted in *opposed when it faces against. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
+    "                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;\n",
-    "        if (!springls__vec_any(w > 0.0f)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;\n",
+    "        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y\n",
+    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;\n",
+    "        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;\n",
     "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
@@ -26542,54 +26869,86 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "/* Returns the first voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }\n",
     "\n",
-    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
-    "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
+    "/* Returns the last voxel of the brick within `radius` of such a place along one axis. */\n",
+    "SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }\n",
     "\n",
     "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
-    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
+    "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
-    "    int y0, y1, z0, z1, y, z;\n",
+    "    int first, last, y, y1, z, z1;\n",
     "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
-    "    y0 = springls__first_near(p.y);\n",
-    "    y1 = springls__last_near(p.y);\n",
-    "    z0 = springls__first_near(p.z);\n",
-    "    z1 = springls__last_near(p.z);\n",
+    "    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;\n",
+    "    last = springls__last_near(p.x, radius);\n",
+    "    z1 = springls__last_near(p.z, radius);\n",
     "    offset.x = -p.x;\n",
-    "    for (z = z0; z <= z1; z++) {\n",
+    "    for (z = springls__first_near(p.z, radius); z <= z1; z++) {\n",
+    "        float reach;\n",
     "        offset.z = (float)z - p.z;\n",
-    "        for (y = y0; y <= y1; y++) {\n",
+    "        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));\n",
+    "        y1 = springls__last_near(p.y, reach);\n",
+    "        for (y = springls__first_near(p.y, reach); y <= y1; y++) {\n",
+    "            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
-    "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
-    "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
-    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
+    "            if (nearest) springls__nearest_row(s, offset, row, first, last);\n",
+    "            else springls__moments_row(s, offset, row, first, last, opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
+    "/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "{\n",
+    "    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);\n",
+    "    sum = springls__normalize(sum);\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Begins the sums of a row; no springl is nearest yet. */\n",
+    "SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)\n",
+    "{\n",
+    "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
+    "        sums[8 * SPRINGLS__FACING + i] = facing.x;\n",
+    "        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;\n",
+    "        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums,\n",
+    "                                               SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    int r, k, v;\n",
+    "    springls__v3 common = springls__common_facing(model, near_by);\n",
+    "    bool one_sheet = springls__length2(common) > 0.5f;\n",
+    "    int r, k;\n",
     "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
-    "        for (v = 8 * r; v < 8 * r + 8; v++) {\n",
-    "            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;\n",
-    "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
-    "        }\n",
+    "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
+    "    for (r = 0; r < near_by->count && !one_sheet; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -26668,7 +27027,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
-    "   springls carry phi along. */\n",
+    "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -26677,30 +27036,33 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;\n",
     "    bool carry = args.project.carry != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *side_unknown = 0;\n",
+    "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
-    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
-    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
-    "                                                 phi[v]);\n",
+    "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,\n",
+    "                                                 at_edge, phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
     "                *side_unknown = 1;\n",
     "            }\n",
     "        }\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
@@ -26737,7 +27099,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7867 \"springls.h\"\n",
+    "#line 7958 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -26889,7 +27251,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8020 \"springls.h\"\n",
+    "#line 8111 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27013,7 +27375,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8145 \"springls.h\"\n",
+    "#line 8236 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -27097,7 +27459,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8230 \"springls.h\"\n",
+    "#line 8321 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -27447,7 +27809,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8581 \"springls.h\"\n",
+    "#line 8672 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27544,7 +27906,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8679 \"springls.h\"\n",
+    "#line 8770 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27620,7 +27982,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8756 \"springls.h\"\n",
+    "#line 8847 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -27856,7 +28218,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 8993 \"springls.h\"\n",
+    "#line 9084 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -27881,7 +28243,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9019 \"springls.h\"\n",
+    "#line 9110 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28140,7 +28502,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9279 \"springls.h\"\n",
+    "#line 9370 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -28201,7 +28563,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \\\n",
+    "      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
     "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
@@ -28235,7 +28598,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28239 \"springls.h\"\n",
+    "#line 28602 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -29263,7 +29626,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__settle(ctx));
-    status = springls__settle(other);
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__settle_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));

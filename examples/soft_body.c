@@ -186,7 +186,8 @@ struct run {
     const char *set;
     struct bar bar;
     springls_context *ctx;
-    int mass_attribute, frames;
+    bool tells_events;
+    int mass_attribute, frames, events;
     float *vertices;
     struct model_frame pictures[5];
     int pictures_taken, springls_at_start;
@@ -248,6 +249,28 @@ static springls_status drive(struct run *run)
     return status == SPRINGLS_OK ? springls_step(run->ctx, &follow) : status;
 }
 
+/* Counts the events of the last frame, and prints a line for each. */
+static springls_status tell_events(struct run *run)
+{
+    static const char *const names[] = {"birth", "split", "merge", "death"};
+    const springls_event *events;
+    int count;
+    const springls_status status = springls_events(run->ctx, &events, &count);
+    run->events += status == SPRINGLS_OK ? count : 0;
+    for (int i = 0; status == SPRINGLS_OK && cli_may_print(&run->common) && i < count; ++i) {
+        const springls_event *e = &events[i];
+        printf("frame %d: %s at (%.1f, %.1f, %.1f)", run->bar.frame, names[e->kind], (double)e->place[0], (double)e->place[1],
+               (double)e->place[2]);
+        for (int k = 0; k < e->before_count + e->after_count; ++k) {
+            const springls_component *part = k < e->before_count ? &e->before[k] : &e->after[k - e->before_count];
+            printf("%s component %u of volume %.1f", k == 0 ? ":" : k == e->before_count ? " ->" : ",", (unsigned)part->id,
+                   part->volume);
+        }
+        printf("\n");
+    }
+    return status;
+}
+
 static bool take_picture(struct run *run)
 {
     char caption[48];
@@ -299,6 +322,7 @@ static springls_status run_frames(struct run *run)
         }
         bar_advance(bar);
         status = drive(run);
+        status = status == SPRINGLS_OK && run->tells_events ? tell_events(run) : status;
         progress_update(&progress, bar->tear_frame == NEVER ? 0 : (size_t)(bar->frame - bar->tear_frame), NULL);
     }
     progress_end(&progress);
@@ -330,6 +354,9 @@ static bool report(const struct run *run, springls_backend *backend)
     json_integer(&json, "tear_frame", run->bar.tear_frame);
     json_integer(&json, "components_initial", run->start.components);
     json_integer(&json, "components", run->end.components);
+    if (run->tells_events) {
+        json_integer(&json, "events", run->events);
+    }
     json_integer(&json, "euler", run->end.euler);
     json_number(&json, "volume_initial", run->start.volume);
     json_number(&json, "volume", run->end.volume);
@@ -372,12 +399,16 @@ int main(int argc, char **argv)
 {
     struct run run = {.common = cli_common_defaults()};
     springls_params params;
-    const struct cli_option table[] = {{"set", CLI_STRING, &run.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL}};
+    const struct cli_option table[] = {
+        {"set", CLI_STRING, &run.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
+        {"events", CLI_FLAG, &run.tells_events, NULL, "a line for each birth, split, merger and death of a component", 0.0, 0.0,
+         NULL},
+    };
     const struct cli_program program = {.name = "soft_body",
                                         .summary = "a mass-spring solver draws a bar of springls out until it tears",
                                         .common = &run.common,
                                         .options = table,
-                                        .option_count = 1};
+                                        .option_count = 2};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = run_options("soft_body", &run.common, run.set, &params);
@@ -385,6 +416,7 @@ int main(int argc, char **argv)
     if (status != CLI_CONTINUE) {
         return status;
     }
+    params.components = run.tells_events ? 1 : params.components;
     run.common.grid = run.common.grid > 0 ? run.common.grid : 96;
     springls_backend *backend = run_backend("soft_body", &run.common);
     status = set_up(&run, &params, backend);

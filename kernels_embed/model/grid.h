@@ -194,6 +194,13 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
+/* Copies a row of eight voxels. */
+SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
 /* Loads the row of a tile at (y, z), voxels of the domain. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              bool border, int y, int z, SPRINGLS__LOCAL float *out)
@@ -205,7 +212,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
         out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
     }
 }
@@ -305,7 +312,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
             SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
             SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
             for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
             for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
     }

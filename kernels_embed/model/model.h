@@ -171,7 +171,11 @@ SPRINGLS__MATHS springls__group springls__alone(void)
     return group;
 }
 
-SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+/* Returns whether a row is this item's; one alone does not divide, which takes long. */
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row)
+{
+    return group.items == 1 || row % group.items == group.item;
+}
 
 typedef struct springls__model {
     springls__constellation set;

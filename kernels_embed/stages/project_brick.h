@@ -72,8 +72,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
-   and its normal (0: none is near). */
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -82,42 +82,43 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
-SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
+/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
-/* Returns the sum of a vector, whose x is `member`. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
 {
-    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
-                             sums[springls__sum_at(member + 2, i)]);
+    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
 }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
 {
     springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
-    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
-    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
+    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
+    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
     return m;
 }
 
-/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
-   first. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
+   particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
     int i, k;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
-        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + 8 * SPRINGLS__NEAREST2 + i;
+        springls__vec x = offset.x + springls__vec_from(i), d2 = x * x + yz2, best = springls__vec_load(nearest2);
         springls__vmask nearer = d2 < best;
-        if (!springls__vec_any(nearer)) continue;
         springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
         for (k = 0; k < 3; k++) {
-            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            SPRINGLS__LOCAL float *facing = sums + 8 * (SPRINGLS__FACING + k) + i;
             springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
         }
     }
@@ -125,22 +126,23 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 
 SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    SPRINGLS__LOCAL float *at = sums + 8 * member + i;
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
-   another sheet. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
+   else it is of another sheet, which is noted in *opposed when it faces against. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
+                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
-        if (!springls__vec_any(w > 0.0f)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+    for (i = first; i <= last; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
+        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
+              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
+        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
         w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
@@ -159,54 +161,86 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Returns the first voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+/* Returns the first voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)springls__max(x - radius + 1.0f, 0.0f); }
 
-/* Returns the last voxel of the brick that such a place comes near along one axis. */
-SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+/* Returns the last voxel of the brick within `radius` of such a place along one axis. */
+SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
 /* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
+                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
+    int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
+    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    last = springls__last_near(p.x, radius);
+    z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
+    for (z = springls__first_near(p.z, radius); z <= z1; z++) {
+        float reach;
         offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
+        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
+        y1 = springls__last_near(p.y, reach);
+        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+            if (nearest) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, opposed);
         }
     }
 }
 
-/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
+/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
+SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+{
+    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) sum = springls__add(sum, oriented[k].n);
+    sum = springls__normalize(sum);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return sum;
+}
+
+/* Begins the sums of a row; no springl is nearest yet. */
+SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    int i;
+    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
+    for (i = 0; i < 8; i++) {
+        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+        sums[8 * SPRINGLS__FACING + i] = facing.x;
+        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
+        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
+    }
+}
+
+/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+                                               const int origin[3], SPRINGLS__LOCAL float *sums,
+                                               SPRINGLS__GLOBAL uint8_t *opposed)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k, v;
+    springls__v3 common = springls__common_facing(model, near_by);
+    bool one_sheet = springls__length2(common) > 0.5f;
+    int r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        for (v = 8 * r; v < 8 * r + 8; v++) {
-            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
-            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
-        }
+        springls__clear_row(sums + springls__sums_of_row(r), common);
+    for (r = 0; r < near_by->count && !one_sheet; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -285,7 +319,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. */
+   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -294,30 +328,33 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
     bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
+    if (model->group.item == 0) *side_unknown = *opposed = 0;
     if (springls__keeps_phi(model, i)) return;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
-                                                 phi[v]);
+            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,
+                                                 at_edge, phi[v]);
             } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
         }
+    }
 }
 
 /* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */

@@ -9,6 +9,7 @@
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
+#include "../solver/follow.h"
 #include "../stages/sleep.h"
 
 /* Sends one of the caller's arrays to the device. NULL: nothing. */
@@ -73,8 +74,10 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
+    ctx->way = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;

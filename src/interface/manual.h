@@ -113,6 +113,8 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
+   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
 
@@ -198,6 +200,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
+                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -217,6 +220,25 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   LAZY STEPS
+
+   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
+   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
+   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   may move against each other.
+
+     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
+       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
+       springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
+     - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
+       topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
+       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
+     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
+       and part again within it, is lost.
 
 
    CURVATURE
@@ -345,14 +367,15 @@
    centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
    deaths, with the parts before and after and the place where they met or parted.
 
-     - Ids last. The largest component first, each passes its id to the largest of its parts that has none yet; other parts get
-       new ids, which are never used again. So the largest part of a split keeps the id, and a merger has that of its largest
-       part.
+     - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
+       which are never used again. What splits and merges in one step has the ids as if it had split a step before.
+     - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
      - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
        three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
-       computed. The model has the same bits with and without it. Snapshots hold components and events.
+       computed. No step is lazy with it; else the model has the same bits with and without it. Snapshots hold components and
+       events.
      - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
 
 

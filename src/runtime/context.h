@@ -147,6 +147,14 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
+/* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
+typedef struct springls__held {
+    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+    int active_count, free_count, slot_count, some_asleep;
+    float way;
+    bool opposed, in_use;
+} springls__held;
+
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
     SPRINGLS__ENTRY_RUN,
@@ -202,7 +210,7 @@ struct springls_context {
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
-    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -212,6 +220,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
+                               been moved otherwise, and phi follows in the next step                           */
+    bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
+    springls__held held;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;

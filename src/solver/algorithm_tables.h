@@ -17,6 +17,7 @@
 #include "../stages/sleep.h"
 #include "../stages/unsigned_to_signed.h"
 #include "../stages/volume_lock.h"
+#include "follow.h"
 
 /* ---- conditions of entries ---- */
 
@@ -91,6 +92,34 @@ SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 
+/* Returns true when the step in progress may leave phi behind: nothing in it reads phi, or the normals that relax keeps. */
+SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
+{
+    const springls_params *params = &ctx->model.params;
+    const springls_step_desc *desc = &ctx->step.desc;
+    const springls_forces *forces = &ctx->step.forces;
+    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+        && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
+        && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
+        && !forces->pressure_batch && !forces->pressure_grid.data;
+}
+
+/* Returns true when phi has been left behind and the step in progress needs it. */
+SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
+{
+    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+}
+
+/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
+   move against each other, and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const float closely = 0.5f;
+    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+}
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
@@ -157,13 +186,43 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* What is left of a lazy sub-step when springls have moved. */
+static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    if (springls__stays_lazy(ctx)) {
+        ctx->way += ctx->motion.moved;
+        ctx->step.next = springls__lazy_end;
+        return SPRINGLS_OK;
+    }
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
@@ -212,27 +271,6 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
 SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 {
@@ -269,6 +307,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)

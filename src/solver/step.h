@@ -9,6 +9,7 @@
 #include "../runtime/stage_clock.h"
 #include "../model/host_access.h"
 #include "algorithm_tables.h"
+#include "follow.h"
 
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
@@ -53,6 +54,20 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
 /* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
+/* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
+SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__read_level_set(ctx);
+}
+
+/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__change_level_set(ctx);
+}
+
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
@@ -67,6 +82,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__end_reading(ctx);
     springls__clear_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
@@ -116,18 +132,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Ends the step in progress, and makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces
-   phi as a whole calls this first, so that no motion is lost. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
+   that no motion is lost. No step is in progress. */
+SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
-    SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     if (!(displacement > 0.0f)) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
+}
+
+/* Ends the step in progress, and makes phi follow whatever has moved. */
+SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__settle_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }

@@ -515,7 +515,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     }
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
-    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 

@@ -19,7 +19,10 @@ typedef struct springls__component {
 typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
 /* A previous component, by its place in the list, and one of the current ones that it has become. */
-typedef struct springls__component_link { int32_t previous, current; } springls__component_link;
+typedef struct springls__component_link {
+    int32_t previous, current;
+    int64_t votes; /* of springls; of links by `previous` only */
+} springls__component_link;
 
 /* The previous and the current components, and their links. */
 typedef struct springls__component_graph {
@@ -127,7 +130,7 @@ SPRINGLS__FN void springls__link_by_votes(springls__component_graph *graph, cons
         link.previous = (int32_t)(votes[i] >> 32);
         link.current = (int32_t)(votes[i] & 0xffffffffu);
         for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
-        votes_here = (int64_t)(i - first);
+        link.votes = votes_here = (int64_t)(i - first);
         if (graph->previous[link.previous].view.cavity != graph->labels.item[link.current].cavity) continue;
         if (springls__is_link(votes_here, count[link.previous])
             || springls__is_link(votes_here, count[graph->previous_count + link.current]))
@@ -145,6 +148,7 @@ SPRINGLS__FN void springls__sort_links_by_current(springls__component_graph *gra
     for (i = 0; i < graph->link_count; i++) {
         graph->link_by_current[i].current = (int32_t)(key[i] >> 32);
         graph->link_by_current[i].previous = (int32_t)(key[i] & 0xffffffffu);
+        graph->link_by_current[i].votes = 0;
     }
 }
 
@@ -196,39 +200,54 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
 
 /* ---- ids ---- */
 
-/* Returns a key that sorts component i of a list by its volume, the largest first; those of equal volume by i. */
-SPRINGLS__FN uint64_t springls__volume_key(double volume, int i)
+/* Estimates the volume that a link has passed on, voxel^3 times `scale`: all of either component where it has no other link, else
+   the previous one's by the springls of its links. */
+SPRINGLS__FN double springls__passed_volume(const springls__component_graph *graph, const springls__component_link *link,
+                                            double scale)
 {
-    float size = springls__max((float)volume, 0.0f);
-    uint32_t bits;
-    memcpy(&bits, &size, sizeof bits);
-    return (uint64_t)(~bits) << 32 | (uint64_t)i;
+    double previous = graph->previous[link->previous].view.volume;
+    int parts, sources, i;
+    int64_t votes = 0;
+    const springls__component_link *all = springls__links_of(graph, link->previous, false, &parts);
+    springls__links_of(graph, link->current, true, &sources);
+    if (parts == 1) return previous;
+    if (sources == 1) return graph->labels.item[link->current].surface.volume * scale;
+    for (i = 0; i < parts; i++) votes += all[i].votes;
+    return previous * (double)link->votes / (double)votes;
 }
 
-/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new
-   ones. */
+/* The largest link of a component; of equal ones the first. */
+typedef struct springls__largest_link { double volume; int32_t link; } springls__largest_link;
+
+SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double volume, int32_t link)
+{
+    if (largest->link >= 0 && !(volume > largest->volume)) return;
+    largest->volume = volume;
+    largest->link = link;
+}
+
+/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another. So what splits and merges
+   in one step has the ids as if it had split in a step before. All others get new ones. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
-    uint64_t *order;
-    int i, k;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_order, graph->previous_count + 1));
-    order = springls__component_order(&ctx->model);
-    for (i = 0; i < graph->previous_count; i++) order[i] = springls__volume_key(graph->previous[i].view.volume, i);
-    springls__sort_keys(order, (size_t)graph->previous_count);
-    for (k = 0; k < graph->previous_count; k++) {
-        int32_t previous = (int32_t)(order[k] & 0xffffffffu), largest = -1;
-        int links;
-        const springls__component_link *link = springls__links_of(graph, previous, false, &links);
-        for (i = 0; i < links; i++) {
-            int32_t current = link[i].current;
-            if (item[current].id) continue;
-            if (largest < 0 || item[current].surface.volume > item[largest].surface.volume) largest = current;
-        }
-        if (largest >= 0) item[largest].id = graph->previous[previous].view.id;
+    const double scale = fabs(springls__determinant(ctx->to_world));
+    int nodes = graph->previous_count + graph->labels.count, i;
+    springls__largest_link *largest;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, largest_links, nodes));
+    largest = springls__largest_links(&ctx->model);
+    for (i = 0; i < nodes; i++) largest[i].link = -1;
+    for (i = 0; i < graph->link_count; i++) {
+        const springls__component_link *link = &graph->link[i];
+        double volume = springls__passed_volume(graph, link, scale);
+        springls__note_link(&largest[link->previous], volume, i);
+        springls__note_link(&largest[graph->previous_count + link->current], volume, i);
     }
-    for (i = 0; i < graph->labels.count; i++)
-        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    for (i = 0; i < graph->labels.count; i++) {
+        int32_t k = largest[graph->previous_count + i].link;
+        bool both = k >= 0 && largest[graph->link[k].previous].link == k;
+        item[i].id = both ? graph->previous[graph->link[k].previous].view.id : ++ctx->last_component_id;
+    }
     return SPRINGLS_OK;
 }
 

@@ -35,6 +35,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_way == 0.0f) return;
+    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+}
+
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
 {
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
@@ -84,6 +91,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
@@ -93,6 +101,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
+        springls__find_opposed(ctx);
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);

@@ -429,7 +429,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__settle(ctx));
-    status = springls__settle(other);
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__settle_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));

@@ -91,7 +91,9 @@ TEST springls_hang_on_their_masses(void)
 TEST the_body_tears(void)
 {
     struct run run = {.common = cli_common_defaults()};
-    const springls_params params = springls_default_params();
+    springls_params params = springls_default_params();
+    params.components = 1;
+    run.tells_events = true;
     run.common.grid = 48;
     run.common.quiet = true;
     ASSERT_EQ(CLI_CONTINUE, set_up(&run, &params, NULL));
@@ -99,6 +101,7 @@ TEST the_body_tears(void)
     ASSERT_EQ(1, run.start.components);
     ASSERT_EQ(2, run.end.components);
     ASSERT_EQ(4, run.end.euler);
+    ASSERT(run.events > 0);
     ASSERT(run.bar.tear_frame > 10);
     ASSERT_IN_RANGE(1.0, run.end.volume / run.start.volume, 0.1);
     ASSERT(run.end.upper[0] - run.end.lower[0] > 1.1f * (run.start.upper[0] - run.start.lower[0]));

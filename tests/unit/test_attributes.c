@@ -42,7 +42,7 @@ static double total(const springls_context *ctx, int index)
     return sum;
 }
 
-/* A shear that grows and folds the sphere: splits, fills and merges at every resampling. */
+/* A shear that grows and folds the sphere: splits, fills and merges at every resampling, which no lazy step puts off. */
 static void swirl(void *user, const float *x, int count, float time, float *v)
 {
     int i;
@@ -59,7 +59,10 @@ static springls_status swirled(springls_context *ctx, int steps)
 {
     springls_forces forces = fixture_forces(swirl, NULL);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.25f);
-    springls_status status = SPRINGLS_OK;
+    springls_params params = springls_get_params(ctx);
+    springls_status status;
+    params.lazy_way = 0.0f;
+    status = springls_set_params(ctx, &params);
     step.max_displacement = 1.0f;
     for (; steps > 0 && status == SPRINGLS_OK; steps--) status = springls_step(ctx, &step);
     return status;

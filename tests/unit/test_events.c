@@ -1,4 +1,6 @@
 /* test_events.c - components have ids that last, and events: mergers, splits, births and deaths of bodies and of bubbles. */
+#include "springls_under_test.h"
+
 #include "fixtures.h"
 
 static const float middle = 16.37f;
@@ -305,7 +307,8 @@ static uint64_t story(springls_context *ctx, uint64_t hash)
     return hash ^ springls_state_hash(ctx);
 }
 
-/* The same story on any number of threads, in pieces, and after a restore; and the model has the bits that it has without. */
+/* The same story on any number of threads, in pieces, and after a restore; and the model has the bits that it has without,
+   where no step is lazy. */
 TEST the_same_everywhere(void)
 {
     uint64_t told[4] = { 1u, 1u, 1u, 1u }, state[2] = { 0u, 0u };
@@ -315,13 +318,15 @@ TEST the_same_everywhere(void)
     int way, i;
     for (way = 0; way < 4; way++) {
         springls_params params = tracked();
-        springls_desc desc = fixture_desc(32, &params);
+        springls_desc desc;
         fixture_workers workers;
         fixture_balls b = apart();
         springls_context *ctx, *other;
         void *block;
         size_t size;
         bool done;
+        params.lazy_way = 0.0f;
+        desc = fixture_desc(32, &params);
         if (way == 1) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
         ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
@@ -350,8 +355,11 @@ TEST the_same_everywhere(void)
         springls_destroy(ctx);
     }
     {
-        springls_context *ctx = fixture_context(32, NULL);
+        springls_params params = springls_default_params();
+        springls_context *ctx;
         fixture_balls b = apart();
+        params.lazy_way = 0.0f;
+        ctx = fixture_context(32, &params);
         ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
         ASSERT_OK(springls_run(ctx, &step, 12));
         state[1] = springls_state_hash(ctx);
@@ -624,6 +632,52 @@ TEST errors_of_long_steps_are_estimated(void)
     PASS();
 }
 
+/* Gives ids to two components, 60 and the rest: one of 100 has split into 60 and 40, and one of `other` has merged with the 40. */
+static void split_and_merge(springls_context *ctx, double other, uint32_t id[2])
+{
+    static springls__component previous[2];
+    static springls__current_component current[2];
+    springls__component_link links[6] = { { 0, 0, 60 }, { 0, 1, 40 }, { 1, 1, 30 } };
+    springls__component_graph graph;
+    uint64_t key[3];
+    memset(&graph, 0, sizeof graph);
+    memset(previous, 0, sizeof previous);
+    memset(current, 0, sizeof current);
+    previous[0].view.id = 1;
+    previous[0].view.volume = 100.0;
+    previous[1].view.id = 2;
+    previous[1].view.volume = other;
+    current[0].surface.volume = 60.0;
+    current[1].surface.volume = 40.0 + other;
+    graph.previous = previous;
+    graph.previous_count = 2;
+    graph.labels.item = current;
+    graph.labels.count = 2;
+    graph.link = links;
+    graph.link_count = 3;
+    springls__sort_links_by_current(&graph, key);
+    ctx->last_component_id = 2;
+    id[0] = id[1] = 0;
+    if (springls__assign_component_ids(ctx, &graph) != SPRINGLS_OK) return;
+    id[0] = current[0].id;
+    id[1] = current[1].id;
+}
+
+/* What merges with a part that splits off in the same step gets the larger one's id, which is new when that is the part. */
+TEST splits_and_mergers_of_one_step_have_ids(void)
+{
+    springls_context *ctx = fixture_context(16, NULL);
+    uint32_t id[2];
+    split_and_merge(ctx, 50.0, id);
+    ASSERT_EQ(1, id[0]);
+    ASSERT_EQ(2, id[1]);
+    split_and_merge(ctx, 30.0, id);
+    ASSERT_EQ(1, id[0]);
+    ASSERT_EQ(3, id[1]);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(events)
 {
     RUN_TEST(balls_merge);
@@ -631,6 +685,7 @@ SUITE(events)
     RUN_TEST(a_drop_dies);
     RUN_TEST(tools_make_events);
     RUN_TEST(ids_last);
+    RUN_TEST(splits_and_mergers_of_one_step_have_ids);
     RUN_TEST(the_same_everywhere);
     RUN_TEST(corrections_are_reported);
     RUN_TEST(errors_are_estimated);
