@@ -250,7 +250,7 @@ TEST far_from_a_tool_all_bits_stay(void)
     ASSERT_OK(springls__ensure_on_host(ctx, SPRINGLS__SET_BITS));
     memcpy(before, model->set.s, (size_t)count * sizeof *before);
     memcpy(ids, model->set.id, (size_t)count * sizeof *ids);
-    ASSERT_OK(stroke(ctx, 12, 0));
+    ASSERT_OK(stroke(ctx, 30, 0));
     ASSERT_OK(springls_copy_level_set(ctx, phi + voxels));
     ASSERT_OK(springls__ensure_on_host(ctx, SPRINGLS__SET_BITS));
     for (i = 0; i < model->set.count; i++) {
@@ -284,8 +284,8 @@ TEST a_model_asleep_is_near_one_awake(void)
     double sum = 0.0, most = 0.0;
     int near_zero = 0;
     size_t v;
-    ASSERT_OK(stroke(asleep, 12, 0));
-    ASSERT_OK(stroke(awake, 12, 1));
+    ASSERT_OK(stroke(asleep, 30, 0));
+    ASSERT_OK(stroke(awake, 30, 1));
     ASSERT_OK(springls_copy_level_set(asleep, phi));
     ASSERT_OK(springls_copy_level_set(awake, phi + voxels));
     for (v = 0; v < voxels; v++) {
@@ -319,8 +319,8 @@ TEST sleep_does_not_depend_on_threads(void)
     ASSERT_OK(springls_set_implicit(other, springls_implicit_sphere, &ball));
     for (i = 0; i < SETTLED; i++) ASSERT_OK(springls_step(other, &step));
     ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
-    ASSERT_OK(stroke(ctx, 12, 0));
-    ASSERT_OK(stroke(other, 12, 0));
+    ASSERT_OK(stroke(ctx, 30, 0));
+    ASSERT_OK(stroke(other, 30, 0));
     ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
     springls_destroy(ctx);
     springls_destroy(other);
@@ -335,14 +335,14 @@ TEST snapshots_have_what_sleeps(void)
     size_t size;
     void *block;
     int i;
-    ASSERT_OK(stroke(ctx, 7, 0));
+    ASSERT_OK(stroke(ctx, 17, 0));
     ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
     block = malloc(size);
     ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
     ASSERT_OK(springls_restore(other, block, size));
     for (i = 0; i < 2; i++) {
-        ASSERT_OK(stroke(ctx, 6, 0));
-        ASSERT_OK(stroke(other, 6, 0));
+        ASSERT_OK(stroke(ctx, 16, 0));
+        ASSERT_OK(stroke(other, 16, 0));
         ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_step(other, &step));
