@@ -11997,22 +11997,31 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
+    ctx->at_rest = false;
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14569,6 +14578,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.some_asleep = held->some_asleep;
     ctx->way = held->way;
     ctx->opposed = held->opposed;
+    ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
     held->in_use = false;
 }
@@ -14580,8 +14590,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    springls__wake_all(ctx);
-    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__rouse_moved(ctx);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
@@ -14828,8 +14838,9 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 /* Finds which bricks the rest of the sub-step works in. */
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
-    return springls__wake(ctx);
+    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
+    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
+    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
@@ -14897,7 +14908,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
@@ -28598,7 +28609,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28602 \"springls.h\"\n",
+    "#line 28613 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
