@@ -1894,8 +1894,9 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 /* surface: triangles in all. */
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
-/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
+   floats above it are counted. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -1944,9 +1945,10 @@ typedef union springls__arguments {
     X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
-    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
+    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1996,8 +1998,7 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(block_motions, struct springls__block_motion, 1)                                                                           \
-    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \
+    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -2112,6 +2113,8 @@ typedef struct springls__v3 { float x, y, z; } springls__v3;
 #define springls__load(from) (*(from))
 #define springls__store(to, x) (void)(*(to) = (x))
 #define springls__to_int(x) ((int)(x))
+#define springls__negated_if_odd(x, k) ((k) & 1 ? -(x) : (x))
+#define springls__transpose(rows) (void)(rows)
 #define springls__of_bits(bits) springls__float_of_bits(bits)
 SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }
 SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
@@ -2250,10 +2253,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
 /* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 {
-    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;
     SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));
 }
 
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
@@ -2304,8 +2307,11 @@ typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
 #define springls__vec_of_int(k) convert_float8(k)
 #define springls__vec_to_int(x) convert_int8(x)
 #define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))
 #define springls__vec_not(where) (~(where))
 #define springls__vec_any(where) any(where)
+#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
+#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))
 SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
 SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }
 
@@ -2324,8 +2330,10 @@ typedef int springls__vmask; /* of a comparison: not 0, or 0 */
 #define springls__vec_floor(x) springls__floor(x)
 #define springls__vec_to_int(x) springls__to_int(x)
 #define springls__vec_of_bits(bits) springls__of_bits(bits)
+#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)
 #define springls__vec_not(where) (!(where))
 #define springls__vec_any(where) ((where) != 0)
+#define springls__vec_transpose(rows) (void)(rows)
 #define springls__vec_min(a, b) springls__min(a, b)
 #define springls__vec_max(a, b) springls__max(a, b)
 
@@ -2354,6 +2362,7 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
 #define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#define springls__vec_negated_if_odd(x, k) ((springls__vec)((springls__vmask)(x) ^ ((k) << 31)))
 #define springls__vec_not(where) (~(where))
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
@@ -2422,11 +2431,54 @@ SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
 #endif
 }
 
+/* Interleaves the lower halves of two vectors, or the upper ones. */
+#if defined(__clang__) && SPRINGLS__LANES == 8
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)
+#elif defined(__clang__)
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 4, 1, 5)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)
+#else
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_low(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 0, 8, 1, 9, 2, 10, 3, 11 };
+#else
+    const springls__vmask from = { 0, 4, 1, 5 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 4, 12, 5, 13, 6, 14, 7, 15 };
+#else
+    const springls__vmask from = { 2, 6, 3, 7 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+#endif
+
 #endif
 
 typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 #if SPRINGLS__LANES > 1
+/* Makes the rows of a square of numbers its columns. */
+SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)
+{
+    springls__vec old[SPRINGLS__LANES];
+    int round, i;
+    for (round = 1; round < SPRINGLS__LANES; round *= 2) {
+        for (i = 0; i < SPRINGLS__LANES; i++) old[i] = rows[i];
+        for (i = 0; i < SPRINGLS__LANES / 2; i++) {
+            rows[2 * i] = springls__vec_zip_low(old[i], old[i + SPRINGLS__LANES / 2]);
+            rows[2 * i + 1] = springls__vec_zip_high(old[i], old[i + SPRINGLS__LANES / 2]);
+        }
+    }
+}
+
 /* Returns x rounded down, for |x| < 2^31. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 {
@@ -2568,10 +2620,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
 /* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 {
-    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;
     SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));
 }
 
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
@@ -2836,40 +2888,44 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
 /* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 16; k++) number[k][lane] = from[k];
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];
     }
     for (m = 0; m < 3; m++) {
-        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
-        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = number[12 + m];
     }
-    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
-    s.bounding_radius = SPRINGLS__W(load)(number[15]);
+    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);
+    s.bounding_radius = number[15];
     return s;
 }
 
 /* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     int lane, k, m;
     for (m = 0; m < 3; m++) {
-        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
-        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
-        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
-        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+        number[3 * m] = s.q[m].x;
+        number[3 * m + 1] = s.q[m].y;
+        number[3 * m + 2] = s.q[m].z;
+        number[12 + m] = s.inverse_edge2[m];
     }
-    SPRINGLS__W(store)(number[9], s.p.x);
-    SPRINGLS__W(store)(number[10], s.p.y);
-    SPRINGLS__W(store)(number[11], s.p.z);
-    SPRINGLS__W(store)(number[15], s.bounding_radius);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
-        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    number[9] = s.p.x;
+    number[10] = s.p.y;
+    number[11] = s.p.z;
+    number[15] = s.bounding_radius;
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);
     }
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
@@ -2914,40 +2970,44 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
 /* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 16; k++) number[k][lane] = from[k];
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];
     }
     for (m = 0; m < 3; m++) {
-        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
-        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = number[12 + m];
     }
-    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
-    s.bounding_radius = SPRINGLS__W(load)(number[15]);
+    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);
+    s.bounding_radius = number[15];
     return s;
 }
 
 /* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     int lane, k, m;
     for (m = 0; m < 3; m++) {
-        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
-        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
-        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
-        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+        number[3 * m] = s.q[m].x;
+        number[3 * m + 1] = s.q[m].y;
+        number[3 * m + 2] = s.q[m].z;
+        number[12 + m] = s.inverse_edge2[m];
     }
-    SPRINGLS__W(store)(number[9], s.p.x);
-    SPRINGLS__W(store)(number[10], s.p.y);
-    SPRINGLS__W(store)(number[11], s.p.z);
-    SPRINGLS__W(store)(number[15], s.bounding_radius);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
-        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    number[9] = s.p.x;
+    number[10] = s.p.y;
+    number[11] = s.p.z;
+    number[15] = s.bounding_radius;
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);
     }
 }
 
@@ -4256,23 +4316,6 @@ SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
-   that of a motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
-{
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    float rate2 = 0.0f;
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;
-}
-
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
 
@@ -4280,97 +4323,6 @@ SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s
 SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
 {
     return n * springls__cospi(time / period);
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
-/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/advect_body.h -------- */
-/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-/* -------- back in kernels_embed/stages/advect.h -------- */
-
-SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)
-{
-    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
-}
-
-/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
-SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
-{
-    springls__v3 middle = springls__add(k2, k3);
-    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
-}
-
-/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
-SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)
-{
-    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);
-}
-
-/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
-   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
-   of the slopes shows what that rule leaves out. */
-SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,
-                                          springls__v3 residual, float dt)
-{
-    const float path = 0.2f, rule = 0.01f;
-    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
-    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float sum = path * springls__length(residual);
-    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);
-    return springls__fabs(dt) * sum;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4383,12 +4335,12 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
 
-/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
-SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+/* Returns true when the topology constraint holds a springl at p, facing n, back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, springls__v3 n, springls__v3 displacement)
 {
-    float before = springls__grid_sample(g, g->phi, s.p);
-    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
-    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
+    float before = springls__grid_sample(g, g->phi, p);
+    float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));
+    return springls__held_by_topology(before, after, displacement, n) != 0;
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -4456,7 +4408,7 @@ typedef struct springls__force_rule {
     float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
-    float dt, stage_time[4]; /* of the Runge-Kutta stages */
+    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
@@ -4464,33 +4416,9 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* Returns sigma of eq. 1 at x. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                               float time)
-{
-    const float *n = rule->flow_numbers;
-    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
-    float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
-        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
-    if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
-    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);
-    if (rule->velocity.channels == 0) return out;
-    springls__field_sample(&rule->velocity, model->force.velocity, x, v);
-    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
-}
-
-/* Returns true where there is a sigma of eq. 1. */
-SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
-{
-    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
-}
-
 /* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                              springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                                 springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
@@ -4503,13 +4431,22 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
     return out;
 }
 
+/* Returns the displacement by eq. 22's curvature term at x, facing n. */
+SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                                    springls__v3 n)
+{
+    if (rule->smoothing == 0.0f) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);
+}
+
+/* Returns true where there is a sigma of eq. 1. */
+SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
+{
+    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+}
+
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
-
-typedef struct springls__movers {
-    springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */
-} springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
 #define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
@@ -4520,148 +4457,721 @@ typedef struct springls__movers {
 #define SPRINGLS__MOVED_MORE 2
 #define SPRINGLS__MOVED_FAR 3
 
-/* Returns how far a springl moves, by its displacements. */
-SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)
+/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
+SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
 {
-    float largest2 = 0.0f;
-    int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));
-    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
     if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
     return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
 }
 
-/* Returns whether forces act on a particle: it lies in their region. */
-SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
+   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
 {
-    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
 }
 
-/* Returns true when the displacements of all points are finite, and their squares too. */
-SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
+                                                                float omega)
 {
-    int m, finite = 1;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
-    return finite != 0;
+    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
+    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
 }
 
-/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
-   and the push at the particle. flow: that at the particle, without the push. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__movers at, float time, springls__v3 *flow)
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                  float dt)
 {
-    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
-    springls__movers slope;
+    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));
+    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
+}
+
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
+{
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
+    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
+    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
+                                            SPRINGLS__W(length2)(k4));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
+}
+
+/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+   integration. */
+typedef struct SPRINGLS__W(movers) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
+    SPRINGLS__NUM error;
+} SPRINGLS__W(movers);
+
+/* Places in several lanes as numbers. */
+typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)
+{
+    SPRINGLS__W(store)(lanes->x, v.x);
+    SPRINGLS__W(store)(lanes->y, v.y);
+    SPRINGLS__W(store)(lanes->z, v.z);
+}
+
+SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)
+{
+    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);
+}
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)
+{
+    lanes->x[lane] = v.x;
+    lanes->y[lane] = v.y;
+    lanes->z[lane] = v.z;
+}
+
+/* Returns the normal of a springl with these points; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+{
+    return SPRINGLS__W(normalize)(
+        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
+}
+
+/* Returns the velocity at x of the user's flow, or of the samples. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__NUM3 x, int k, bool sampled)
+{
+    SPRINGLS__W(lanes) at, velocity;
+    int lane;
+    SPRINGLS__W(lanes_store)(&at, x);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
+        float sample[3];
+        if (sampled) {
+            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
+            v = springls__v3_make(sample[0], sample[1], sample[2]);
+        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
+        SPRINGLS__W(lane_set)(&velocity, lane, v);
+    }
+    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
+}
+
+/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
+                                                      SPRINGLS__NUM3 x, int k)
+{
+    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
+    const float *n = rule->flow_numbers;
+    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
+    if (rule->velocity.channels == 0) return out;
+    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
+}
+
+/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
+                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
+{
+    SPRINGLS__W(lanes) p, n, sum;
+    int lane;
+    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&sum, out);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&sum, lane,
+                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
+                                                  SPRINGLS__W(lane_get)(&sum, lane)));
+    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
+}
+
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
+{
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
+    SPRINGLS__W(movers) slope;
     int m;
-    slope.error = 0.0f;
-    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
-    if (!model->params.vertex_velocity) {
-        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
+    slope.error = SPRINGLS__W(broadcast)(0.0f);
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
         for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
         return slope;
     }
-    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));
-    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
     return slope;
 }
 
 /* Returns all points, moved by s times their slopes. */
-SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
 {
     int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
     return at;
 }
 
-/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:
-   at the stages after the first; what pushes is taken to be as it was there. */
-SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,
-                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,
-                                                     const springls__v3 *flow)
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
 {
-    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;
-    change = springls__sub(last, flow[2]);
-    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));
-    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),
-                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));
-    return springls__mad(change, middle, 4.0f);
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
-                                                           springls__movers at)
+/* Returns the displacements of points at `at`. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
+                                                                   SPRINGLS__W(movers) at)
 {
-    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);
-    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;
-    int m;
-    if (rule->euler) {
-        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
-        k1.error = -1.0f;
-        return k1;
+    SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int k, m;
+    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
+        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
     }
-    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);
-    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);
-    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
-    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);
-    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);
-    return d;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
 }
 
-/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
-                                                    springls__springl s, springls__movers d)
+/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
+   topology constraint holds a springl back. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
 {
-    springls__v3 smoothing;
-    int m;
-    if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
-    smoothing = springls__scale(smoothing, rule->smoothing);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
+    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];
+    int m, lane;
+    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
+        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);
+        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));
+        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);
     return d;
 }
 
-/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it
-   moves. */
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    int m;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
+        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+    }
+    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return SPRINGLS__W(select)(length2 > 0.0f, r, error);
+}
+
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
+{
+    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__COND finite;
+    SPRINGLS__W(springl) s;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
+    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    SPRINGLS__W(store)(springls__moved_error(model) + first, error);
+    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
+    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
+}
+
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
+{
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
+}
+
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
+}
+
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+{
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) {
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+    }
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/advect_body.h -------- */
+/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
+   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
+                                                                float omega)
+{
+    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
+    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
+}
+
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                  float dt)
+{
+    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));
+    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
+}
+
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
+{
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
+    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
+    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
+                                            SPRINGLS__W(length2)(k4));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
+}
+
+/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+   integration. */
+typedef struct SPRINGLS__W(movers) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
+    SPRINGLS__NUM error;
+} SPRINGLS__W(movers);
+
+/* Places in several lanes as numbers. */
+typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)
+{
+    SPRINGLS__W(store)(lanes->x, v.x);
+    SPRINGLS__W(store)(lanes->y, v.y);
+    SPRINGLS__W(store)(lanes->z, v.z);
+}
+
+SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)
+{
+    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);
+}
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)
+{
+    lanes->x[lane] = v.x;
+    lanes->y[lane] = v.y;
+    lanes->z[lane] = v.z;
+}
+
+/* Returns the normal of a springl with these points; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+{
+    return SPRINGLS__W(normalize)(
+        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
+}
+
+/* Returns the velocity at x of the user's flow, or of the samples. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__NUM3 x, int k, bool sampled)
+{
+    SPRINGLS__W(lanes) at, velocity;
+    int lane;
+    SPRINGLS__W(lanes_store)(&at, x);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
+        float sample[3];
+        if (sampled) {
+            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
+            v = springls__v3_make(sample[0], sample[1], sample[2]);
+        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
+        SPRINGLS__W(lane_set)(&velocity, lane, v);
+    }
+    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
+}
+
+/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
+                                                      SPRINGLS__NUM3 x, int k)
+{
+    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
+    const float *n = rule->flow_numbers;
+    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
+    if (rule->velocity.channels == 0) return out;
+    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
+}
+
+/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
+                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
+{
+    SPRINGLS__W(lanes) p, n, sum;
+    int lane;
+    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&sum, out);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&sum, lane,
+                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
+                                                  SPRINGLS__W(lane_get)(&sum, lane)));
+    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
+}
+
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
+{
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
+    SPRINGLS__W(movers) slope;
+    int m;
+    slope.error = SPRINGLS__W(broadcast)(0.0f);
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
+    return slope;
+}
+
+/* Returns all points, moved by s times their slopes. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
+    return at;
+}
+
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Returns the displacements of points at `at`. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
+                                                                   SPRINGLS__W(movers) at)
+{
+    SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int k, m;
+    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
+        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
+}
+
+/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
+   topology constraint holds a springl back. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];
+    int m, lane;
+    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
+        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);
+        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));
+        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);
+    return d;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    int m;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
+        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+    }
+    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return SPRINGLS__W(select)(length2 > 0.0f, r, error);
+}
+
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
+{
+    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__COND finite;
+    SPRINGLS__W(springl) s;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
+    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    SPRINGLS__W(store)(springls__moved_error(model) + first, error);
+    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
+    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
+}
+
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
+{
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
+}
+
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
+}
+
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+{
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) {
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+    }
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
+}
+/* -------- back in kernels_embed/stages/advect.h -------- */
+
+/* Finds what becomes of springl i by the forces of the rule. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
-    springls__springl s = model->set.s[i];
-    springls__movers at, d;
-    float d2;
-    int m;
     (void)args;
-    at.error = 0.0f;
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {
-        springls__displacement2(model)[i] = 0.0f;
-        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;
-        return;
-    }
-    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
-    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    d2 = springls__length2(d.x[0]);
-    springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = springls__how_far(d);
+    springls__displace(model, &rule, i);
 }
 
-/* Moves springl i by its displacements, if it moves at all. */
-SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
+/* Finds it for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
-    springls__movers d;
-    springls__springl s;
-    int m;
-    (void)args;
-    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;
-    d = springls__displacement(model)[i];
-    s = model->set.s[i];
-    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
-    s.p = springls__add(s.p, d.x[0]);
-    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
-    model->set.s[i] = springls__springl_finished(s);
+    springls__force_rule rule = *model->force.rule;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);
+    for (; begin < end; begin++) springls__displace_element(model, args, begin);
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
@@ -4731,6 +5241,9 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
+/* The largest of some floats, at least 0, and how many are more than a limit. */
+typedef struct springls__largest { float value; int more; } springls__largest;
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -4749,7 +5262,7 @@ struct springls_backend {
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
     springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
@@ -4801,9 +5314,6 @@ typedef struct springls__motion {
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
     int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
-    springls__movers *displacement;
-    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
-    struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
@@ -5235,6 +5745,23 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angu
     return gaps;
 }
 
+/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
+SPRINGLS__MATHS uint32_t springls__sector(float u, float v)
+{
+    const float eighth = 0.414213562f; /* tan(pi / 8) */
+    float a = springls__fabs(u), b = springls__fabs(v);
+    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);
+    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);
+    return 1u << (u < 0.0f ? 8 + k : 15 - k);
+}
+
+/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */
+SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
+{
+    uint32_t empty = ~(sectors | sectors << 16);
+    return (empty & empty >> 1 & empty >> 2) == 0u;
+}
+
 /* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
@@ -5314,20 +5841,46 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
+   above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
+                                         float high)
+{
+    springls__springl s = model->set.s[other];
+    springls__v3 d = springls__sub(s.p, x);
+    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;
+    return !springls__of_two_contact_bodies(model, of, other)
+           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;
+}
+
+/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */
+SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,
+                                             float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    uint32_t sectors = 0u;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        sectors |= springls__sector(u, v);
+        if (springls__sectors_close(sectors)) return true;
+    }
+    return false;
+}
+
+/* Finds the widest gap between the directions from x to the particles beside it. */
 SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
                                                              springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__lies_beside(model, of, other, x, n, r, high))
+            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
 }
 
@@ -7164,17 +7717,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
+    springls__widest_gap gap;
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;
+    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, i, x, n)) return seed;
     fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)
+        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
@@ -7440,25 +7996,36 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
+/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */
+SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)
+{
+    springls__tri_plan plan;
+    within += s->bounding_radius;
+    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;
+    plan = springls__tri_plan_make(springls__springl_tri(*s));
+    return springls__tri_distance2(&plan, x);
+}
+
 /* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
-   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the
+   springls right beside x first, which cover most places. */
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
-    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
+    walk = springls__cell_walk_around(model, x, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float within = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
+        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
+        if (d2 == FLT_MAX) continue;
+        nearest2 = springls__min(nearest2, d2);
         if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;
     }
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
@@ -7603,11 +8170,15 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 
 typedef struct springls__near_ranges {
     int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */
+    int rows;                                               /* ranges that are rows of cells, the first ones */
 } springls__near_ranges;
 
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)
 {
     if (first == end) return;
+    near_by->y[near_by->count] = y;
+    near_by->z[near_by->count] = z;
     near_by->first[near_by->count] = first;
     near_by->end[near_by->count++] = end;
 }
@@ -7628,10 +8199,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    near_by.rows = near_by.count;
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
     return near_by;
+}
+
+/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */
+SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)
+{
+    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */
+    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];
+    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
 /* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
@@ -7816,26 +8396,48 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
-SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                                            springls__v3 x)
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;
+}
+
+/* Returns whether a springl at an edge is near voxel v of the brick, at x. */
+SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,
+                                               springls__v3 x)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+   there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            int v, springls__v3 x)
+{
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
+    springls__estimate none;
+    int r, k;
+    none.weight = none.distance = 0.0f;
+    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;
     samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+            float weight = springls__edge_weight(s->p, x);
+            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    estimate.weight = estimate.distance = 0.0f;
-    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
+    }
+    return springls__edge_distance(&samples, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -7870,7 +8472,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
@@ -8322,6 +8924,20 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
    removed. */
 
+/* ---- rows ---- */
+
+/* Returns row `row` of the brick in a tile: eight voxels. */
+SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)
+{
+    return tile + springls__tile_index(0, row & 7, row >> 3);
+}
+
+/* Returns row `row` of active brick i in phi_next. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)
+{
+    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+}
+
 /* ---- parts ---- */
 
 /* Finds voxel x of a row of the brick at o. */
@@ -8537,7 +9153,18 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+}
+
+/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
+SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int row, x;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -8545,21 +9172,18 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *tile)
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
-    const springls__grid *g = &model->grid;
-    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
+    if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool candidates = some && springls__row_has_joint_candidate(phi);
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        if (!springls__row_has_joint_candidate(phi)) continue;
         for (x = 0; x < 8; x++) {
-            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
 }
@@ -8649,21 +9273,19 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
+    const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], max_neighbors = (float)(max_voxels - 1);
-        bool some = springls__count_beside(phi, max_neighbors, beside);
+        float beside[8];
+        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
         for (x = 0; x < 8; x++) {
-            out[x] = phi[x];
-            if (!some || beside[x] > max_neighbors) continue;
+            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels))
+                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
         }
     }
 }
@@ -9373,8 +9995,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 
 /* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
-    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \
     X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
     X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
@@ -9446,6 +10066,9 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+    X(displace, 128,                                                                                                             \
+      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \
+          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
@@ -9613,20 +10236,25 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* Returns the largest of the first `count` floats of an array, at least 0. */
-SPRINGLS__FN float springls__largest(springls_context *ctx, springls__array array, int count)
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
+SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
     const float *values;
-    float largest = 0.0f;
+    springls__largest found = { 0.0f, 0 };
     int i;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, &largest) == SPRINGLS_OK) return largest;
+        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
         springls__fall_back_to_host(ctx);
+        found.value = 0.0f;
+        found.more = 0;
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0.0f;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
     values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
-    return largest;
+    for (i = 0; i < count; i++) {
+        found.value = springls__max(found.value, values[i]);
+        found.more += values[i] > limit;
+    }
+    return found;
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -10110,7 +10738,8 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement =
+        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
     return SPRINGLS_OK;
 }
 
@@ -10740,10 +11369,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite, and when no
-   point moves at all. */
-typedef struct springls__block_motion { float largest2; int moving, finite, still; } springls__block_motion;
-
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
@@ -10822,12 +11447,19 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
+/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
+{
+    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
+           || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
 /* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
 SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
                                           float time, springls__v3 *normals, springls__v3 *flow)
 {
     int i, count = batch->count;
-    for (i = 0; i < count; i++)
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     batch->normals = &normals[0].x;
@@ -10871,15 +11503,6 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     }
 }
 
-/* Adds the displacements of a springl, which moves so far (SPRINGLS__MOVED_...), to those of its block. */
-SPRINGLS__FN void springls__block_motion_add(springls__block_motion *block, springls__movers d, uint8_t how_far)
-{
-    if (!springls__all_finite_movers(d)) block->finite = 0;
-    block->largest2 = springls__max(block->largest2, springls__length2(d.x[0]));
-    block->moving += how_far == SPRINGLS__MOVED_FAR;
-    block->still = block->still && how_far == SPRINGLS__MOVED_NOT;
-}
-
 /* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
    where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
 SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
@@ -10908,10 +11531,9 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
-    springls__block_motion *block = &motion->blocks[first / SPRINGLS__ADVECT_BLOCK];
     springls__v3 a[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK];
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
@@ -10923,13 +11545,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
         a[i] = set->a[springl];
         ids[i] = set->id[springl];
+        before[i] = set->error[springl];
         x[i] = set->s[springl].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
     }
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = -1.0f;
+        memset(error, 0, sizeof error);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
@@ -10943,20 +11566,10 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
             error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
         memcpy(k1, stage, (size_t)n * sizeof *k1);
     }
-    memset(block, 0, sizeof *block);
-    block->finite = block->still = 1;
-    for (i = 0; i < count; i++) {
-        const springls__grid *g = &motion->ctx->model.grid;
-        springls__springl s = set->s[springls[i]];
-        springls__movers d;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d.error = error[i];
-        d = springls__smoothed(g, &motion->rule, s, d);
-        if (motion->rule.stop_at_topology && springls__is_held(g, s, d.x[0])) memset(&d, 0, sizeof d);
-        motion->displacement[springls[i]] = d;
-        motion->how_far[springls[i]] = springls__how_far(d);
-        springls__block_motion_add(block, d, motion->how_far[springls[i]]);
-    }
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+    for (; i < count; i++)
+        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
@@ -11011,8 +11624,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
+/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
+    int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -11021,6 +11636,9 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
+    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
+                                                                         motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -11050,50 +11668,39 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
+/* Displaces by callbacks and sampled fields, which needs the host's threads. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(motion)));
-    motion->displacement = springls__displacement(&ctx->model);
-    motion->how_far = springls__is_moving(&ctx->model);
-    motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(
-        ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
-        SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(is_moving) | SPRINGLS__ROLE_BIT(block_motions)));
-    if (motion->listed) memset(motion->how_far, SPRINGLS__MOVED_NOT, (size_t)ctx->model.set.count);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
+                                    springls__kernels[SPRINGLS__KERNEL_displace].writes));
     springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
+   finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
-    float largest2 = 0.0f;
-    bool finite = true;
-    int i;
-    if (!motion->blocks) return; /* the device has found all of it, or nothing moves */
-    motion->still = true;
-    for (i = 0; i < springls__advect_blocks(motion); i++) {
-        finite = finite && motion->blocks[i].finite;
-        motion->still = motion->still && motion->blocks[i].still;
-        largest2 = springls__max(largest2, motion->blocks[i].largest2);
-        motion->moving += motion->blocks[i].moving;
-    }
-    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    springls_context *ctx = motion->ctx;
+    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
+    motion->moving = largest.more;
+    motion->still = largest.value == 0.0f
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
 
-/* Returns true when the device can evaluate the forces, and completes the rule for it. */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
+/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
+   not skip springls outside of a region. */
+SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
@@ -11111,6 +11718,7 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
         const springls_backend *backend = motion->ctx->backend;
+        if (!motion->ctx->on_device) return false;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         motion->rule.flow = SPRINGLS__FLOW_USER;
     }
@@ -11132,29 +11740,18 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Finds all displacements on the device, the largest one and how many springls move. */
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
+/* Sends what the kernel needs of the forces to the device. */
+SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_FAR);
-    motion->still = motion->moved == 0.0f
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, SPRINGLS__MOVED_NOT) == count;
-    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
-    return ctx->backend_status;
+    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
 /* Returns true where there is nothing that moves springls. */
@@ -11165,23 +11762,58 @@ SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
         && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
-/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
+/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
+    int count = ctx->model.set.count;
+    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
-    motion->blocks = NULL;
     motion->listed = NULL;
-    motion->count = ctx->model.set.count;
-    motion->moved = 0.0f;
-    motion->moving = 0;
-    motion->still = true;
-    if (springls__has_no_force(motion)) return SPRINGLS_OK;
-    if (ctx->on_device && springls__device_can_displace(motion)) {
-        springls_status status = springls__displace_on_device(motion);
+    motion->count = springls__has_no_force(motion) ? 0 : count;
+    if (motion->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    if (by_kernel && ctx->on_device) {
+        springls_status status = springls__forces_to_device(motion);
+        if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
+        by_kernel = springls__kernel_can_displace(motion);
     }
-    return springls__displace_on_host(motion);
+    if (!by_kernel) return springls__displace_in_blocks(motion);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
+    *ctx->model.force.rule = motion->rule;
+    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
+    return SPRINGLS_OK;
+}
+
+/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
+   list. */
+SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
+{
+    springls_context *ctx = motion->ctx;
+    springls__constellation *set = &ctx->model.set;
+    uint8_t *how_far;
+    int i;
+    if (!motion->listed) {
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
+        springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
+    how_far = springls__is_moving(&ctx->model);
+    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    for (i = motion->count - 1; i >= 0; i--) {
+        int to = motion->listed[i];
+        uint8_t how = how_far[i];
+        how_far[i] = SPRINGLS__MOVED_NOT;
+        how_far[to] = how;
+        set->s[to] = springls__moved_springls(&ctx->model)[i];
+        set->error[to] = springls__moved_error(&ctx->model)[i];
+    }
+    return SPRINGLS_OK;
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -11195,7 +11827,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(motion));
+        SPRINGLS__TRY(springls__displace_all(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(motion);
@@ -11206,7 +11838,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     if (!motion->still) {
-        springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
+        SPRINGLS__TRY(springls__take_moved(motion));
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
@@ -11221,7 +11853,7 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
     springls__finish_loop(ctx);
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
@@ -21214,6 +21846,10 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
+    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
+    if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
+    if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
     for (i = 0; i < s->components; i++)
         springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
     for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);
@@ -21596,8 +22232,9 @@ static const char *const springls__kernel_lines[] = {
     "/* surface: triangles in all. */\n",
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
-    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;\n",
+    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
+    "   floats above it are counted. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -21631,7 +22268,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1934 \"springls.h\"\n",
+    "#line 1935 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -21645,9 +22282,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
     "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
     "    /* advect */                                                                                                                 \\\n",
-    "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
+    "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(is_moving, uint8_t, 2)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
+    "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -21697,8 +22335,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
-    "    X(region_springls, int, 3)                  /* springls in the region of the forces                                       */ \\\n",
+    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -21720,7 +22357,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2024 \"springls.h\"\n",
+    "#line 2025 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -21796,7 +22433,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2101 \"springls.h\"\n",
+    "#line 2102 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -21811,11 +22448,13 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__load(from) (*(from))\n",
     "#define springls__store(to, x) (void)(*(to) = (x))\n",
     "#define springls__to_int(x) ((int)(x))\n",
+    "#define springls__negated_if_odd(x, k) ((k) & 1 ? -(x) : (x))\n",
+    "#define springls__transpose(rows) (void)(rows)\n",
     "#define springls__of_bits(bits) springls__float_of_bits(bits)\n",
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2121 \"springls.h\"\n",
+    "#line 2124 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21830,7 +22469,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2137 \"springls.h\"\n",
+    "#line 2140 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -21947,14 +22586,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
     "{\n",
-    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;\n",
     "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
     "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));\n",
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2261 \"springls.h\"\n",
+    "#line 2264 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -21980,7 +22619,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2288 \"springls.h\"\n",
+    "#line 2291 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -22000,8 +22639,11 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_int(k) convert_float8(k)\n",
     "#define springls__vec_to_int(x) convert_int8(x)\n",
     "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "#define springls__vec_any(where) any(where)\n",
+    "#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))\n",
+    "#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))\n",
     "SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
     "SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
     "\n",
@@ -22020,8 +22662,10 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_floor(x) springls__floor(x)\n",
     "#define springls__vec_to_int(x) springls__to_int(x)\n",
     "#define springls__vec_of_bits(bits) springls__of_bits(bits)\n",
+    "#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)\n",
     "#define springls__vec_not(where) (!(where))\n",
     "#define springls__vec_any(where) ((where) != 0)\n",
+    "#define springls__vec_transpose(rows) (void)(rows)\n",
     "#define springls__vec_min(a, b) springls__min(a, b)\n",
     "#define springls__vec_max(a, b) springls__max(a, b)\n",
     "\n",
@@ -22050,6 +22694,7 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)\n",
     "#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)\n",
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#define springls__vec_negated_if_odd(x, k) ((springls__vec)((springls__vmask)(x) ^ ((k) << 31)))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
@@ -22118,11 +22763,54 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "}\n",
     "\n",
+    "/* Interleaves the lower halves of two vectors, or the upper ones. */\n",
+    "#if defined(__clang__) && SPRINGLS__LANES == 8\n",
+    "#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)\n",
+    "#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)\n",
+    "#elif defined(__clang__)\n",
+    "#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 4, 1, 5)\n",
+    "#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)\n",
+    "#else\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_low(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if SPRINGLS__LANES == 8\n",
+    "    const springls__vmask from = { 0, 8, 1, 9, 2, 10, 3, 11 };\n",
+    "#else\n",
+    "    const springls__vmask from = { 0, 4, 1, 5 };\n",
+    "#endif\n",
+    "    return __builtin_shuffle(a, b, from);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if SPRINGLS__LANES == 8\n",
+    "    const springls__vmask from = { 4, 12, 5, 13, 6, 14, 7, 15 };\n",
+    "#else\n",
+    "    const springls__vmask from = { 2, 6, 3, 7 };\n",
+    "#endif\n",
+    "    return __builtin_shuffle(a, b, from);\n",
+    "}\n",
+    "#endif\n",
+    "\n",
     "#endif\n",
     "\n",
     "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
     "\n",
     "#if SPRINGLS__LANES > 1\n",
+    "/* Makes the rows of a square of numbers its columns. */\n",
+    "SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)\n",
+    "{\n",
+    "    springls__vec old[SPRINGLS__LANES];\n",
+    "    int round, i;\n",
+    "    for (round = 1; round < SPRINGLS__LANES; round *= 2) {\n",
+    "        for (i = 0; i < SPRINGLS__LANES; i++) old[i] = rows[i];\n",
+    "        for (i = 0; i < SPRINGLS__LANES / 2; i++) {\n",
+    "            rows[2 * i] = springls__vec_zip_low(old[i], old[i + SPRINGLS__LANES / 2]);\n",
+    "            rows[2 * i + 1] = springls__vec_zip_high(old[i], old[i + SPRINGLS__LANES / 2]);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Returns x rounded down, for |x| < 2^31. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)\n",
     "{\n",
@@ -22131,7 +22819,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2440 \"springls.h\"\n",
+    "#line 2492 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22146,7 +22834,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2455 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22263,21 +22951,21 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
     "{\n",
-    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r;\n",
     "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
     "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "    return SPRINGLS__W(negated_if_odd)(s, SPRINGLS__W(to_int)(k));\n",
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2579 \"springls.h\"\n",
+    "#line 2631 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2587 \"springls.h\"\n",
+    "#line 2639 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -22289,7 +22977,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2599 \"springls.h\"\n",
+    "#line 2651 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22304,7 +22992,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 2667 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22348,7 +23036,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2659 \"springls.h\"\n",
+    "#line 2711 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22363,7 +23051,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2674 \"springls.h\"\n",
+    "#line 2726 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22407,7 +23095,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2718 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -22486,7 +23174,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2797 \"springls.h\"\n",
+    "#line 2849 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22501,7 +23189,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2813 \"springls.h\"\n",
+    "#line 2865 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22528,43 +23216,47 @@ static const char *const springls__kernel_lines[] = {
     "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];\n",
     "    }\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
-    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = number[12 + m];\n",
     "    }\n",
-    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
-    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
+    "    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = number[15];\n",
     "    return s;\n",
     "}\n",
     "\n",
     "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    int lane, k, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
-    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "        number[3 * m] = s.q[m].x;\n",
+    "        number[3 * m + 1] = s.q[m].y;\n",
+    "        number[3 * m + 2] = s.q[m].z;\n",
+    "        number[12 + m] = s.inverse_edge2[m];\n",
     "    }\n",
-    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
-    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
-    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
-    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    number[9] = s.p.x;\n",
+    "    number[10] = s.p.y;\n",
+    "    number[11] = s.p.z;\n",
+    "    number[15] = s.bounding_radius;\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2876 \"springls.h\"\n",
+    "#line 2932 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22579,7 +23271,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2947 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -22606,43 +23298,47 @@ static const char *const springls__kernel_lines[] = {
     "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];\n",
     "    }\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
-    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = number[12 + m];\n",
     "    }\n",
-    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
-    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
+    "    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = number[15];\n",
     "    return s;\n",
     "}\n",
     "\n",
     "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
-    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
     "    int lane, k, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
-    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
-    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "        number[3 * m] = s.q[m].x;\n",
+    "        number[3 * m + 1] = s.q[m].y;\n",
+    "        number[3 * m + 2] = s.q[m].z;\n",
+    "        number[12 + m] = s.inverse_edge2[m];\n",
     "    }\n",
-    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
-    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
-    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
-    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
-    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    number[9] = s.p.x;\n",
+    "    number[10] = s.p.y;\n",
+    "    number[11] = s.p.z;\n",
+    "    number[15] = s.bounding_radius;\n",
+    "    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];\n",
+    "        SPRINGLS__W(transpose)(part);\n",
+    "        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2955 \"springls.h\"\n",
+    "#line 3015 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -22979,7 +23675,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3353 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -23474,7 +24170,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3789 \"springls.h\"\n",
+    "#line 3849 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -23650,7 +24346,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3966 \"springls.h\"\n",
+    "#line 4026 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -23823,7 +24519,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4140 \"springls.h\"\n",
+    "#line 4200 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -23942,120 +24638,13 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "\n",
-    "/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,\n",
-    "   that of a motion that turns or stretches as this one does, and that of rounding. */\n",
-    "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)\n",
-    "{\n",
-    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
-    "    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));\n",
-    "    float rate2 = 0.0f;\n",
-    "    int m;\n",
-    "    if (!(springls__length2(d[0]) > 0.0f)) return error;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float arm2 = springls__length2(springls__sub(s.q[m], s.p));\n",
-    "        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);\n",
-    "    }\n",
-    "    rate2 = springls__min(rate2, 1.0f);\n",
-    "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;\n",
-    "}\n",
-    "#line 4277 \"springls.h\"\n",
+    "#line 4320 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
     "SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)\n",
     "{\n",
     "    return n * springls__cospi(time / period);\n",
-    "}\n",
-    "\n",
-    "#line 4286 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4302 \"springls.h\"\n",
-    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "#line 4315 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4330 \"springls.h\"\n",
-    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "#line 4343 \"springls.h\"\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
-    "{\n",
-    "    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
-    "{\n",
-    "    springls__v3 middle = springls__add(k2, k3);\n",
-    "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__cubic_middle(springls__v3 displacement, springls__v3 first, springls__v3 last, float dt)\n",
-    "{\n",
-    "    return springls__mad(springls__scale(displacement, 0.5f), springls__sub(first, last), 0.125f * dt);\n",
-    "}\n",
-    "\n",
-    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
-    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
-    "   of the slopes shows what that rule leaves out. */\n",
-    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4,\n",
-    "                                          springls__v3 residual, float dt)\n",
-    "{\n",
-    "    const float path = 0.2f, rule = 0.01f;\n",
-    "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
-    "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
-    "    float sum = path * springls__length(residual);\n",
-    "    if (speed2 > 0.0f) sum += rule * springls__length2(bend) / springls__sqrt(speed2);\n",
-    "    return springls__fabs(dt) * sum;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -24068,12 +24657,12 @@ static const char *const springls__kernel_lines[] = {
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */\n",
-    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)\n",
+    "/* Returns true when the topology constraint holds a springl at p, facing n, back from a displacement of its particle. */\n",
+    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, springls__v3 n, springls__v3 displacement)\n",
     "{\n",
-    "    float before = springls__grid_sample(g, g->phi, s.p);\n",
-    "    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));\n",
-    "    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;\n",
+    "    float before = springls__grid_sample(g, g->phi, p);\n",
+    "    float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));\n",
+    "    return springls__held_by_topology(before, after, displacement, n) != 0;\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -24141,7 +24730,7 @@ static const char *const springls__kernel_lines[] = {
     "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
-    "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
+    "    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
     "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
@@ -24149,33 +24738,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
-    "/* Returns sigma of eq. 1 at x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                               float time)\n",
-    "{\n",
-    "    const float *n = rule->flow_numbers;\n",
-    "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
-    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
-    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);\n",
-    "    if (rule->velocity.channels == 0) return out;\n",
-    "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
-    "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
-    "}\n",
-    "\n",
-    "/* Returns true where there is a sigma of eq. 1. */\n",
-    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
-    "{\n",
-    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
-    "}\n",
-    "\n",
     "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                              springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                 springls__v3 n, springls__v3 out)\n",
     "{\n",
     "    float rho;\n",
     "    if (rule->pressure.channels != 0) {\n",
@@ -24188,13 +24753,22 @@ static const char *const springls__kernel_lines[] = {
     "    return out;\n",
     "}\n",
     "\n",
+    "/* Returns the displacement by eq. 22's curvature term at x, facing n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                    springls__v3 n)\n",
+    "{\n",
+    "    if (rule->smoothing == 0.0f) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);\n",
+    "}\n",
+    "\n",
+    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
+    "{\n",
+    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "}\n",
+    "\n",
     "/* The points of a springl that move: its particle, and its vertices. */\n",
     "#define SPRINGLS__MOVERS 4\n",
-    "\n",
-    "typedef struct springls__movers {\n",
-    "    springls__v3 x[SPRINGLS__MOVERS];\n",
-    "    float error; /* of a displacement: estimated error of the particle's integration; negative: not estimated (Euler) */\n",
-    "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
     "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
@@ -24205,150 +24779,722 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MOVED_MORE 2\n",
     "#define SPRINGLS__MOVED_FAR 3\n",
     "\n",
-    "/* Returns how far a springl moves, by its displacements. */\n",
-    "SPRINGLS__MATHS uint8_t springls__how_far(springls__movers d)\n",
+    "/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */\n",
+    "SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)\n",
     "{\n",
-    "    float largest2 = 0.0f;\n",
-    "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) largest2 = springls__max(largest2, springls__length2(d.x[m]));\n",
-    "    if (springls__length2(d.x[0]) > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
+    "    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
     "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "/* Returns whether forces act on a particle: it lies in their region. */\n",
-    "SPRINGLS__MATHS bool springls__in_force_region(springls__v3 lower, springls__v3 upper, springls__v3 p)\n",
+    "#line 4469 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4485 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
+    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
     "{\n",
-    "    return p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z;\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
     "\n",
-    "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
-    "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
+    "                                                                float omega)\n",
     "{\n",
-    "    int m, finite = 1;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
-    "    return finite != 0;\n",
+    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
     "}\n",
     "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
-    "   and the push at the particle. flow: that at the particle, without the push. */\n",
-    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__movers at, float time, springls__v3 *flow)\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                  float dt)\n",
     "{\n",
-    "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
-    "    springls__movers slope;\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
+    "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
+    "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
+    "                                            SPRINGLS__W(length2)(k4));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
+    "}\n",
+    "\n",
+    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "   integration. */\n",
+    "typedef struct SPRINGLS__W(movers) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
+    "    SPRINGLS__NUM error;\n",
+    "} SPRINGLS__W(movers);\n",
+    "\n",
+    "/* Places in several lanes as numbers. */\n",
+    "typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    SPRINGLS__W(store)(lanes->x, v.x);\n",
+    "    SPRINGLS__W(store)(lanes->y, v.y);\n",
+    "    SPRINGLS__W(store)(lanes->z, v.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)\n",
+    "{\n",
+    "    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)\n",
+    "{\n",
+    "    lanes->x[lane] = v.x;\n",
+    "    lanes->y[lane] = v.y;\n",
+    "    lanes->z[lane] = v.z;\n",
+    "}\n",
+    "\n",
+    "/* Returns the normal of a springl with these points; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    return SPRINGLS__W(normalize)(\n",
+    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
+    "}\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
+    "        float sample[3];\n",
+    "        if (sampled) {\n",
+    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
+    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
+    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                      SPRINGLS__NUM3 x, int k)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
+    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
+    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
+    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
+    "    SPRINGLS__W(movers) slope;\n",
     "    int m;\n",
-    "    slope.error = 0.0f;\n",
-    "    *flow = slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
-    "    if (!model->params.vertex_velocity) {\n",
-    "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
+    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
     "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
     "        return slope;\n",
     "    }\n",
-    "    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
     "    return slope;\n",
     "}\n",
     "\n",
     "/* Returns all points, moved by s times their slopes. */\n",
-    "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
     "{\n",
     "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Finds how the flow along the cubic between the ends of a step differs from that at its stages: see springls__rk4_error. flow:\n",
-    "   at the stages after the first; what pushes is taken to be as it was there. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__path_residual(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     springls__v3 x, springls__v3 d, springls__v3 k1, springls__v3 k4,\n",
-    "                                                     const springls__v3 *flow)\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    springls__v3 last = springls__flow_at(model, rule, springls__add(x, d), rule->stage_time[3]), change, middle;\n",
-    "    change = springls__sub(last, flow[2]);\n",
-    "    middle = springls__add(x, springls__cubic_middle(d, k1, springls__add(k4, change), rule->dt));\n",
-    "    middle = springls__sub(springls__flow_at(model, rule, middle, rule->stage_time[1]),\n",
-    "                           springls__scale(springls__add(flow[0], flow[1]), 0.5f));\n",
-    "    return springls__mad(change, middle, 4.0f);\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                           springls__movers at)\n",
+    "/* Returns the displacements of points at `at`. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                                   SPRINGLS__W(movers) at)\n",
     "{\n",
-    "    springls__v3 flow[4], residual = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0], flow), k2, k3, k4, d;\n",
-    "    int m;\n",
-    "    if (rule->euler) {\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
-    "        k1.error = -1.0f;\n",
-    "        return k1;\n",
+    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    int k, m;\n",
+    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
+    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
     "    }\n",
-    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1], flow + 1);\n",
-    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2], flow + 2);\n",
-    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3], flow + 3);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
-    "    if (springls__has_flow(rule)) residual = springls__path_residual(model, rule, at.x[0], d.x[0], k1.x[0], k4.x[0], flow + 1);\n",
-    "    d.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], residual, rule->dt);\n",
-    "    return d;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
     "}\n",
     "\n",
-    "/* Adds the motion by eq. 22's curvature term to the displacements of springl s, for a level set that springls carry. */\n",
-    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
-    "                                                    springls__springl s, springls__movers d)\n",
+    "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
+    "   topology constraint holds a springl back. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
     "{\n",
-    "    springls__v3 smoothing;\n",
-    "    int m;\n",
-    "    if (rule->smoothing == 0.0f) return d;\n",
-    "    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);\n",
-    "    smoothing = springls__scale(smoothing, rule->smoothing);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
+    "    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];\n",
+    "    int m, lane;\n",
+    "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
+    "        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));\n",
+    "        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);\n",
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and how far it\n",
-    "   moves. */\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    int m;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
+    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "    }\n",
+    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
+    "}\n",
+    "\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
+    "{\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__COND finite;\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
+    "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
+    "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
+    "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
+    "}\n",
+    "\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
+    "{\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 4815 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4830 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
+    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
+    "                                                                float omega)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                  float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));\n",
+    "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
+    "                                                           float dt)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
+    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
+    "   of the slopes shows what that rule leaves out. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
+    "                                                       SPRINGLS__NUM3 residual, float dt)\n",
+    "{\n",
+    "    const float path = 0.2f, rule = 0.01f;\n",
+    "    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));\n",
+    "    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),\n",
+    "                                            SPRINGLS__W(length2)(k4));\n",
+    "    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);\n",
+    "    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);\n",
+    "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
+    "}\n",
+    "\n",
+    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "   integration. */\n",
+    "typedef struct SPRINGLS__W(movers) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
+    "    SPRINGLS__NUM error;\n",
+    "} SPRINGLS__W(movers);\n",
+    "\n",
+    "/* Places in several lanes as numbers. */\n",
+    "typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    SPRINGLS__W(store)(lanes->x, v.x);\n",
+    "    SPRINGLS__W(store)(lanes->y, v.y);\n",
+    "    SPRINGLS__W(store)(lanes->z, v.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)\n",
+    "{\n",
+    "    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)\n",
+    "{\n",
+    "    lanes->x[lane] = v.x;\n",
+    "    lanes->y[lane] = v.y;\n",
+    "    lanes->z[lane] = v.z;\n",
+    "}\n",
+    "\n",
+    "/* Returns the normal of a springl with these points; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    return SPRINGLS__W(normalize)(\n",
+    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
+    "}\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
+    "        float sample[3];\n",
+    "        if (sampled) {\n",
+    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
+    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
+    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                      SPRINGLS__NUM3 x, int k)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
+    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
+    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
+    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
+    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
+    "    SPRINGLS__NUM3 push;\n",
+    "    SPRINGLS__W(movers) slope;\n",
+    "    int m;\n",
+    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
+    "    *flow = slope.x[0];\n",
+    "    if (own == 1) {\n",
+    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
+    "        return slope;\n",
+    "    }\n",
+    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
+    "    return slope;\n",
+    "}\n",
+    "\n",
+    "/* Returns all points, moved by s times their slopes. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
+    "{\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
+    "    return at;\n",
+    "}\n",
+    "\n",
+    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
+    "   stages; what pushes is taken to be as it was there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
+    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
+    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
+    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
+    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
+    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacements of points at `at`. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                                   SPRINGLS__W(movers) at)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
+    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    int k, m;\n",
+    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
+    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
+    "    if (rule->euler) return stage;\n",
+    "    if (springls__has_flow(rule))\n",
+    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
+    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
+    "    return stage;\n",
+    "}\n",
+    "\n",
+    "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
+    "   topology constraint holds a springl back. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];\n",
+    "    int m, lane;\n",
+    "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
+    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
+    "        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));\n",
+    "        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);\n",
+    "    return d;\n",
+    "}\n",
+    "\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    int m;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
+    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "    }\n",
+    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
+    "}\n",
+    "\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
+    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
+    "   correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
+    "{\n",
+    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__COND finite;\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    float squares[2][SPRINGLS__WIDTH];\n",
+    "    int m, lane;\n",
+    "    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);\n",
+    "    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    finite = particle2 < 1e18f;\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
+    "        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);\n",
+    "        finite = finite & (d2 < 1e18f);\n",
+    "        largest2 = SPRINGLS__W(max)(largest2, d2);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(squares[0], particle2);\n",
+    "    SPRINGLS__W(store)(squares[1], largest2);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
+    "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
+    "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
+    "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
+    "}\n",
+    "\n",
+    "/* Returns where forces act on a particle: in their region. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
+    "{\n",
+    "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    at.error = zero;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "\n",
+    "/* Returns x[0], x[1], ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) lanes;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
+    "}\n",
+    "\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
+    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
+    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
+    "                                                const float *error)\n",
+    "{\n",
+    "    SPRINGLS__W(movers) at, by;\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "    }\n",
+    "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    by.error = SPRINGLS__W(load)(step);\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
+    "}\n",
+    "#line 5160 \"springls.h\"\n",
+    "\n",
+    "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__movers at, d;\n",
-    "    float d2;\n",
-    "    int m;\n",
     "    (void)args;\n",
-    "    at.error = 0.0f;\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    if (!springls__in_force_region(rule.region_lower, rule.region_upper, s.p)) {\n",
-    "        springls__displacement2(model)[i] = 0.0f;\n",
-    "        springls__is_moving(model)[i] = SPRINGLS__MOVED_NOT;\n",
-    "        return;\n",
-    "    }\n",
-    "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
-    "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    d2 = springls__length2(d.x[0]);\n",
-    "    springls__displacement(model)[i] = d;\n",
-    "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = springls__how_far(d);\n",
+    "    springls__displace(model, &rule, i);\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements, if it moves at all. */\n",
-    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds it for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
-    "    springls__movers d;\n",
-    "    springls__springl s;\n",
-    "    int m;\n",
-    "    (void)args;\n",
-    "    if (springls__is_moving(model)[i] == SPRINGLS__MOVED_NOT) return;\n",
-    "    d = springls__displacement(model)[i];\n",
-    "    s = model->set.s[i];\n",
-    "    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);\n",
-    "    s.p = springls__add(s.p, d.x[0]);\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
+    "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5178 \"springls.h\"\n",
+    "#line 5688 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -24374,7 +25520,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5205 \"springls.h\"\n",
+    "#line 5715 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -24406,6 +25552,23 @@ static const char *const springls__kernel_lines[] = {
     "    gaps.angle[i] = angle;\n",
     "    gaps.count++;\n",
     "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */\n",
+    "SPRINGLS__MATHS uint32_t springls__sector(float u, float v)\n",
+    "{\n",
+    "    const float eighth = 0.414213562f; /* tan(pi / 8) */\n",
+    "    float a = springls__fabs(u), b = springls__fabs(v);\n",
+    "    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);\n",
+    "    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);\n",
+    "    return 1u << (u < 0.0f ? 8 + k : 15 - k);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */\n",
+    "SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)\n",
+    "{\n",
+    "    uint32_t empty = ~(sectors | sectors << 16);\n",
+    "    return (empty & empty >> 1 & empty >> 2) == 0u;\n",
     "}\n",
     "\n",
     "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
@@ -24443,7 +25606,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5275 \"springls.h\"\n",
+    "#line 5802 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -24486,20 +25649,46 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
+    "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
+    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,\n",
+    "                                         float high)\n",
+    "{\n",
+    "    springls__springl s = model->set.s[other];\n",
+    "    springls__v3 d = springls__sub(s.p, x);\n",
+    "    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;\n",
+    "    return !springls__of_two_contact_bodies(model, of, other)\n",
+    "           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */\n",
+    "SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,\n",
+    "                                             float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    uint32_t sectors = 0u;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);\n",
+    "        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
+    "        sectors |= springls__sector(u, v);\n",
+    "        if (springls__sectors_close(sectors)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles beside it. */\n",
     "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,\n",
     "                                                             springls__v3 n, float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__lies_beside(model, of, other, x, n, r, high))\n",
+    "            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));\n",
     "    return springls__angular_gaps_widest(gaps);\n",
     "}\n",
     "\n",
@@ -24545,7 +25734,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5378 \"springls.h\"\n",
+    "#line 5931 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -24645,7 +25834,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 5479 \"springls.h\"\n",
+    "#line 6032 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -24863,7 +26052,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 6251 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -24893,7 +26082,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 5728 \"springls.h\"\n",
+    "#line 6281 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24908,7 +26097,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5744 \"springls.h\"\n",
+    "#line 6297 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25077,7 +26266,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 5913 \"springls.h\"\n",
+    "#line 6466 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25092,7 +26281,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5928 \"springls.h\"\n",
+    "#line 6481 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -25261,7 +26450,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6097 \"springls.h\"\n",
+    "#line 6650 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -25306,7 +26495,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6143 \"springls.h\"\n",
+    "#line 6696 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -25435,7 +26624,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6273 \"springls.h\"\n",
+    "#line 6826 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -25511,7 +26700,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6350 \"springls.h\"\n",
+    "#line 6903 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -25526,7 +26715,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6365 \"springls.h\"\n",
+    "#line 6918 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25541,7 +26730,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6381 \"springls.h\"\n",
+    "#line 6934 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25552,7 +26741,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6392 \"springls.h\"\n",
+    "#line 6945 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25567,7 +26756,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6407 \"springls.h\"\n",
+    "#line 6960 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -25578,7 +26767,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6418 \"springls.h\"\n",
+    "#line 6971 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -25681,7 +26870,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6522 \"springls.h\"\n",
+    "#line 7075 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -26161,7 +27350,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7003 \"springls.h\"\n",
+    "#line 7556 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -26268,7 +27457,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7111 \"springls.h\"\n",
+    "#line 7664 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -26325,17 +27514,20 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap;\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
+    "    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;\n",
+    "    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);\n",
     "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
     "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, i, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)\n",
+    "        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
     "    if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
@@ -26407,7 +27599,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7251 \"springls.h\"\n",
+    "#line 7807 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -26596,28 +27788,39 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7441 \"springls.h\"\n",
+    "#line 7997 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
+    "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
+    "SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const springls__springl *s, springls__v3 x, float within)\n",
+    "{\n",
+    "    springls__tri_plan plan;\n",
+    "    within += s->bounding_radius;\n",
+    "    if (springls__length2(springls__sub(s->p, x)) > within * within) return FLT_MAX;\n",
+    "    plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    return springls__tri_distance2(&plan, x);\n",
+    "}\n",
+    "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
-    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. Looks at the\n",
+    "   springls right beside x first, which cover most places. */\n",
     "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
     "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;\n",
+    "    walk = springls__cell_walk_around(model, x, x, r);\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float within = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
+    "        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);\n",
+    "        if (d2 == FLT_MAX) continue;\n",
+    "        nearest2 = springls__min(nearest2, d2);\n",
     "        if (nearest2 <= covered * covered) return false;\n",
-    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "        sheet = sheet || springls__dot(springls__springl_normal(model->set.s[i]), n) < -0.5f;\n",
     "    }\n",
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
@@ -26712,7 +27915,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7558 \"springls.h\"\n",
+    "#line 8125 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -26725,7 +27928,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7572 \"springls.h\"\n",
+    "#line 8139 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -26760,11 +27963,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__near_ranges {\n",
     "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */\n",
+    "    int rows;                                               /* ranges that are rows of cells, the first ones */\n",
     "} springls__near_ranges;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
+    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)\n",
     "{\n",
     "    if (first == end) return;\n",
+    "    near_by->y[near_by->count] = y;\n",
+    "    near_by->z[near_by->count] = z;\n",
     "    near_by->first[near_by->count] = first;\n",
     "    near_by->end[near_by->count++] = end;\n",
     "}\n",
@@ -26785,10 +27992,19 @@ static const char *const springls__kernel_lines[] = {
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
-    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);\n",
+    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);\n",
     "            }\n",
-    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);\n",
+    "    near_by.rows = near_by.count;\n",
+    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);\n",
     "    return near_by;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */\n",
+    "SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)\n",
+    "{\n",
+    "    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */\n",
+    "    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];\n",
+    "    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);\n",
     "}\n",
     "\n",
     "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
@@ -26973,26 +28189,48 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                                            springls__v3 x)\n",
+    "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
+    "SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a springl at an edge is near voxel v of the brick, at x. */\n",
+    "SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,\n",
+    "                                               springls__v3 x)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                                            int v, springls__v3 x)\n",
+    "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    springls__sample_set samples;\n",
-    "    springls__estimate estimate;\n",
-    "    int r, k, edges = 0;\n",
+    "    springls__estimate none;\n",
+    "    int r, k;\n",
+    "    none.weight = none.distance = 0.0f;\n",
+    "    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;\n",
     "    samples.count = 0;\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
+    "    for (r = 0; r < near_by->count; r++) {\n",
+    "        if (!springls__range_reaches(near_by, r, v)) continue;\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
-    "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
-    "            if (weight <= 0.0f) continue;\n",
-    "            edges += s->edge;\n",
-    "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
+    "            float weight = springls__edge_weight(s->p, x);\n",
+    "            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
-    "    estimate.weight = estimate.distance = 0.0f;\n",
-    "    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;\n",
+    "    }\n",
+    "    return springls__edge_distance(&samples, x);\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -27027,7 +28265,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);\n",
+    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
@@ -27110,7 +28348,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 7958 \"springls.h\"\n",
+    "#line 8560 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -27262,7 +28500,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8111 \"springls.h\"\n",
+    "#line 8713 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27386,7 +28624,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8236 \"springls.h\"\n",
+    "#line 8838 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -27470,10 +28708,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8321 \"springls.h\"\n",
+    "#line 8923 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
+    "\n",
+    "/* ---- rows ---- */\n",
+    "\n",
+    "/* Returns row `row` of the brick in a tile: eight voxels. */\n",
+    "SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)\n",
+    "{\n",
+    "    return tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "}\n",
+    "\n",
+    "/* Returns row `row` of active brick i in phi_next. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)\n",
+    "{\n",
+    "    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "}\n",
     "\n",
     "/* ---- parts ---- */\n",
     "\n",
@@ -27690,7 +28942,18 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;\n",
+    "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
+    "}\n",
+    "\n",
+    "/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */\n",
+    "SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int row, x;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];\n",
     "}\n",
     "\n",
     "/* Copies phi of active brick i to phi_next, with the joints of small parts inside. */\n",
@@ -27698,21 +28961,18 @@ static const char *const springls__kernel_lines[] = {
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool some = springls__has_joint_candidates(model)[i] != 0;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
+    "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        bool candidates = some && springls__row_has_joint_candidate(phi);\n",
+    "        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);\n",
+    "        if (!springls__row_has_joint_candidate(phi)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;\n",
+    "            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];\n",
+    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -27802,25 +29062,23 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
+    "    const float max_neighbors = (float)(max_voxels - 1);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        float beside[8], max_neighbors = (float)(max_voxels - 1);\n",
-    "        bool some = springls__count_beside(phi, max_neighbors, beside);\n",
+    "        float beside[8];\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            out[x] = phi[x];\n",
-    "            if (!some || beside[x] > max_neighbors) continue;\n",
+    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);\n",
+    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8672 \"springls.h\"\n",
+    "#line 9294 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -27917,7 +29175,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 8770 \"springls.h\"\n",
+    "#line 9392 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -27993,7 +29251,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 8847 \"springls.h\"\n",
+    "#line 9469 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -28229,7 +29487,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9084 \"springls.h\"\n",
+    "#line 9706 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -28254,7 +29512,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9110 \"springls.h\"\n",
+    "#line 9732 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -28513,15 +29771,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9370 \"springls.h\"\n",
+    "#line 9992 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
     "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
-    "    X(move, 512, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR))                                                                        \\\n",
     "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
     "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
@@ -28593,6 +29849,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
+    "    X(displace, 128,                                                                                                             \\\n",
+    "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \\\n",
+    "          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
@@ -28609,7 +29868,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 28613 \"springls.h\"\n",
+    "#line 29872 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -28685,23 +29944,32 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Finds the largest float of chunk i, at least 0. */\n",
+    "/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */\n",
     "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
+    "    uint more = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
     "        largest = springls__max(largest, values[k]);\n",
-    "    ((__global float *)model->work.sums)[i] = largest;\n",
+    "        if (values[k] > args.chunk.limit) more++;\n",
+    "    }\n",
+    "    ((__global float *)model->work.sums)[2 * i] = largest;\n",
+    "    model->work.sums[2 * i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    float largest = 0.0f;\n",
+    "    uint more = 0;\n",
     "    int k;\n",
-    "    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
+    "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
+    "        more += model->work.sums[2 * k + 1];\n",
+    "    }\n",
     "    ((__global float *)model->work.counts)[i] = largest;\n",
+    "    model->work.counts[i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29210,8 +30478,22 @@ static const char *const springls__kernel_lines[] = {
     "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
     "    }\n",
     "\n",
+    "/* Defines one that does several elements at once where a work item has several: on a processor. */\n",
+    "#if defined(SPRINGLS__ON_PROCESSOR)\n",
+    "#define SPRINGLS__SIMD_ENTRY(kernel_name, task, writes)                                                                          \\\n",
+    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
+    "    {                                                                                                                            \\\n",
+    "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
+    "        model.group = springls__alone();                                                                                         \\\n",
+    "        springls__##kernel_name##_elements(&model, args, i, end);                                                                \\\n",
+    "    }\n",
+    "#else\n",
+    "#define SPRINGLS__SIMD_ENTRY SPRINGLS__ENTRY\n",
+    "#endif\n",
+    "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
-    "SPRINGLS__SIMD_KERNELS(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",

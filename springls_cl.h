@@ -392,16 +392,19 @@ SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float *largest)
+SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float limit,
+                                                  springls__largest *found)
 {
     springls__arguments args = springls__cl_chunks(array, count);
-    uint32_t bits;
+    uint32_t counts[2];
     if (count <= 0) return SPRINGLS_OK;
+    args.chunk.limit = limit;
     SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &bits));
-    memcpy(largest, &bits, sizeof bits);
+    SPRINGLS__TRY(springls__cl_counted(ctx, 2, counts));
+    memcpy(&found->value, &counts[0], sizeof found->value);
+    found->more = (int)counts[1];
     return SPRINGLS_OK;
 }
 
@@ -691,7 +694,10 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     const char *const *lines;
     const char **text;
     int count, kernel;
+    char options[100];
     cl_int error = CL_SUCCESS;
+    snprintf(options, sizeof options, "-cl-std=CL1.2%s%s", cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "",
+             cl->gpu ? "" : " -DSPRINGLS__ON_PROCESSOR");
     springls_kernel_source(&lines, &count);
     text = (const char **)malloc(((size_t)count + 2) * sizeof *text);
     if (!text) return CL_OUT_OF_HOST_MEMORY;
@@ -702,8 +708,7 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
     free(text);
     if (error != CL_SUCCESS) return error;
-    error = cl->BuildProgram(cl->program, 1, &cl->device, cl->exact ? "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt"
-                                                                       : "-cl-std=CL1.2", NULL, NULL);
+    error = cl->BuildProgram(cl->program, 1, &cl->device, options, NULL, NULL);
     if (error != CL_SUCCESS) springls__cl_log_build(cl);
     for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
         cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);

@@ -35,7 +35,7 @@ atlas_LIBS        = -lcjson
 morph_LIBS        = -lz
 viewer_LIBS       = -lglfw -lepoxy
 
-EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures %.mk,$(wildcard examples/*))))
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python %.mk,$(wildcard examples/*))))
 
 # $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries.
 uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
@@ -68,7 +68,17 @@ engine_embed: build/engine_embed
 build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h
 	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm -pthread
 
-.PHONY: $(EXAMPLES) check-folders
+# The module of Python and its examples. It reads the declarations of springls.h, which lies beside it.
+PYTHON_FILES = springls.h springls.py segment.py track.py
+python: deps-python build/python/libspringls.so $(PYTHON_FILES:%=build/python/%)   ## Python's module springls and two examples: build/python
+build/python/libspringls.so: springls.h build/python/settings
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $@ $< -lm
+build/python/springls.h: springls.h build/python/settings
+	@cp $< $@
+build/python/%.py: examples/python/%.py build/python/settings
+	@cp $< $@
+
+.PHONY: $(EXAMPLES) python check-folders
 examples: $(EXAMPLES)   ## build every program of examples/ into build/ (or one: make leveque)
 
 # Refuses an include of a folder that its own does not use.

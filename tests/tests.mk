@@ -81,9 +81,16 @@ $(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc $(TEST_DIR)/library.o 
 	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o -Wl,--copy-dt-needed-entries,--as-needed \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb) $(TEST_LIBS)
 
+# Python's module, its doctests and two examples, with a library of its own: a sanitizer's cannot be loaded into Python.
+$(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examples/python/*.py) $(TEST_DIR)/settings | springls.h
+	@mkdir -p $(@D)/python
+	@cp springls.h examples/python/*.py $< $(@D)/python
+	$(SAY)$(CC) $(STRICT) -O1 -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $(@D)/python/libspringls.so springls.h -lm
+	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_python.py "$$@"\n' > $@ && chmod +x $@
+
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(UNIT_TESTS) unit/test_openvdb
+PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python) $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
@@ -119,6 +126,7 @@ test: deps-test   ## build and run tests/*/test_*.c, each a program of its own: 
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
 	  $(DEPS) display || echo "$$without"; \
+	  $(DEPS) python || echo "$$without"; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=; echo "$$without"; fi; \
 	  $(MAKE) $(PARALLEL) test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
@@ -149,6 +157,9 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 portability: deps-portability   ## the same bits from every compiler and platform at hand (PAGE=docs/platforms.md writes the page)
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)
+
+packages: deps-packages   ## can programs find the library by CMake, Meson, pkg-config and the recipes of packages/?
+	@tests/portability/packages.sh
 
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed

@@ -73,23 +73,32 @@ SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model,
     model->work.sums[i] = sum;
 }
 
-/* Finds the largest float of chunk i, at least 0. */
+/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */
 SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)
 {
     __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);
     float largest = 0.0f;
+    uint more = 0;
     int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
         largest = springls__max(largest, values[k]);
-    ((__global float *)model->work.sums)[i] = largest;
+        if (values[k] > args.chunk.limit) more++;
+    }
+    ((__global float *)model->work.sums)[2 * i] = largest;
+    model->work.sums[2 * i + 1] = more;
 }
 
 SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     float largest = 0.0f;
+    uint more = 0;
     int k;
-    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);
+    for (k = 0; k < args.chunk.chunks; k++) {
+        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);
+        more += model->work.sums[2 * k + 1];
+    }
     ((__global float *)model->work.counts)[i] = largest;
+    model->work.counts[i + 1] = more;
 }
 
 SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)

@@ -39,8 +39,22 @@
         for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \
     }
 
+/* Defines one that does several elements at once where a work item has several: on a processor. */
+#if defined(SPRINGLS__ON_PROCESSOR)
+#define SPRINGLS__SIMD_ENTRY(kernel_name, task, writes)                                                                          \
+    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
+                                         springls__arguments args, int count, int grain)                                        \
+    {                                                                                                                            \
+        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
+        model.group = springls__alone();                                                                                         \
+        springls__##kernel_name##_elements(&model, args, i, end);                                                                \
+    }
+#else
+#define SPRINGLS__SIMD_ENTRY SPRINGLS__ENTRY
+#endif
+
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)
-SPRINGLS__SIMD_KERNELS(SPRINGLS__ENTRY)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)
 
 #define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)

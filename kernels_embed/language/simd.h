@@ -21,8 +21,11 @@ typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
 #define springls__vec_of_int(k) convert_float8(k)
 #define springls__vec_to_int(x) convert_int8(x)
 #define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))
 #define springls__vec_not(where) (~(where))
 #define springls__vec_any(where) any(where)
+#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
+#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))
 SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
 SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }
 
@@ -41,8 +44,10 @@ typedef int springls__vmask; /* of a comparison: not 0, or 0 */
 #define springls__vec_floor(x) springls__floor(x)
 #define springls__vec_to_int(x) springls__to_int(x)
 #define springls__vec_of_bits(bits) springls__of_bits(bits)
+#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)
 #define springls__vec_not(where) (!(where))
 #define springls__vec_any(where) ((where) != 0)
+#define springls__vec_transpose(rows) (void)(rows)
 #define springls__vec_min(a, b) springls__min(a, b)
 #define springls__vec_max(a, b) springls__max(a, b)
 
@@ -71,6 +76,7 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
 #define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#define springls__vec_negated_if_odd(x, k) ((springls__vec)((springls__vmask)(x) ^ ((k) << 31)))
 #define springls__vec_not(where) (~(where))
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
@@ -139,11 +145,54 @@ SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
 #endif
 }
 
+/* Interleaves the lower halves of two vectors, or the upper ones. */
+#if defined(__clang__) && SPRINGLS__LANES == 8
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)
+#elif defined(__clang__)
+#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 4, 1, 5)
+#define springls__vec_zip_high(a, b) __builtin_shufflevector(a, b, 2, 6, 3, 7)
+#else
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_low(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 0, 8, 1, 9, 2, 10, 3, 11 };
+#else
+    const springls__vmask from = { 0, 4, 1, 5 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, springls__vec b)
+{
+#if SPRINGLS__LANES == 8
+    const springls__vmask from = { 4, 12, 5, 13, 6, 14, 7, 15 };
+#else
+    const springls__vmask from = { 2, 6, 3, 7 };
+#endif
+    return __builtin_shuffle(a, b, from);
+}
+#endif
+
 #endif
 
 typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 #if SPRINGLS__LANES > 1
+/* Makes the rows of a square of numbers its columns. */
+SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)
+{
+    springls__vec old[SPRINGLS__LANES];
+    int round, i;
+    for (round = 1; round < SPRINGLS__LANES; round *= 2) {
+        for (i = 0; i < SPRINGLS__LANES; i++) old[i] = rows[i];
+        for (i = 0; i < SPRINGLS__LANES / 2; i++) {
+            rows[2 * i] = springls__vec_zip_low(old[i], old[i + SPRINGLS__LANES / 2]);
+            rows[2 * i + 1] = springls__vec_zip_high(old[i], old[i + SPRINGLS__LANES / 2]);
+        }
+    }
+}
+
 /* Returns x rounded down, for |x| < 2^31. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 {

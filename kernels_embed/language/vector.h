@@ -16,6 +16,8 @@ typedef struct springls__v3 { float x, y, z; } springls__v3;
 #define springls__load(from) (*(from))
 #define springls__store(to, x) (void)(*(to) = (x))
 #define springls__to_int(x) ((int)(x))
+#define springls__negated_if_odd(x, k) ((k) & 1 ? -(x) : (x))
+#define springls__transpose(rows) (void)(rows)
 #define springls__of_bits(bits) springls__float_of_bits(bits)
 SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }
 SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }

@@ -123,21 +123,4 @@ SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float
     return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d: adds the error `step` by the particle's slopes,
-   that of a motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
-{
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    float rate2 = 0.0f;
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;
-}
-
 #endif

@@ -46,20 +46,46 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
+   above or below its tangent plane. Those of other bodies than springl `of` do not count. */
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
+                                         float high)
+{
+    springls__springl s = model->set.s[other];
+    springls__v3 d = springls__sub(s.p, x);
+    if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) return false;
+    return !springls__of_two_contact_bodies(model, of, other)
+           && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;
+}
+
+/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */
+SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,
+                                             float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    uint32_t sectors = 0u;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        sectors |= springls__sector(u, v);
+        if (springls__sectors_close(sectors)) return true;
+    }
+    return false;
+}
+
+/* Finds the widest gap between the directions from x to the particles beside it. */
 SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, int of, springls__v3 x,
                                                              springls__v3 n, float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__lies_beside(model, of, other, x, n, r, high))
+            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
 }
 

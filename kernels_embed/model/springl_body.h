@@ -24,39 +24,43 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
 /* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 16; k++) number[k][lane] = from[k];
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            part[lane] = SPRINGLS__W(load)((SPRINGLS__GLOBAL const float *)&all[first + lane] + k);
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) number[k + lane] = part[lane];
     }
     for (m = 0; m < 3; m++) {
-        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
-        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+        s.q[m] = SPRINGLS__W(v3_make)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = number[12 + m];
     }
-    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
-    s.bounding_radius = SPRINGLS__W(load)(number[15]);
+    s.p = SPRINGLS__W(v3_make)(number[9], number[10], number[11]);
+    s.bounding_radius = number[15];
     return s;
 }
 
 /* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
-    float number[16][SPRINGLS__WIDTH];
+    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
     int lane, k, m;
     for (m = 0; m < 3; m++) {
-        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
-        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
-        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
-        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+        number[3 * m] = s.q[m].x;
+        number[3 * m + 1] = s.q[m].y;
+        number[3 * m + 2] = s.q[m].z;
+        number[12 + m] = s.inverse_edge2[m];
     }
-    SPRINGLS__W(store)(number[9], s.p.x);
-    SPRINGLS__W(store)(number[10], s.p.y);
-    SPRINGLS__W(store)(number[11], s.p.z);
-    SPRINGLS__W(store)(number[15], s.bounding_radius);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
-        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    number[9] = s.p.x;
+    number[10] = s.p.y;
+    number[11] = s.p.z;
+    number[15] = s.bounding_radius;
+    for (k = 0; k < 16; k += SPRINGLS__WIDTH) {
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++) part[lane] = number[k + lane];
+        SPRINGLS__W(transpose)(part);
+        for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);
     }
 }

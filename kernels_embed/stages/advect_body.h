@@ -1,4 +1,5 @@
-/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
+/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
+   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
 
 /* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
@@ -9,4 +10,320 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
     SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
+                                                                float omega)
+{
+    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
+    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
+}
+
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                  float dt)
+{
+    SPRINGLS__NUM3 middle = SPRINGLS__W(scale)(SPRINGLS__W(add)(k2, k3), SPRINGLS__W(broadcast)(2.0f));
+    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
+}
+
+/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
+                                                           float dt)
+{
+    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+}
+
+/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
+   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
+   of the slopes shows what that rule leaves out. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
+                                                       SPRINGLS__NUM3 residual, float dt)
+{
+    const float path = 0.2f, rule = 0.01f;
+    SPRINGLS__NUM3 bend = SPRINGLS__W(sub)(SPRINGLS__W(add)(k1, k4), SPRINGLS__W(add)(k2, k3));
+    SPRINGLS__NUM speed2 = SPRINGLS__W(max)(SPRINGLS__W(max)(SPRINGLS__W(length2)(k1), SPRINGLS__W(length2)(k2)),
+                                            SPRINGLS__W(length2)(k4));
+    SPRINGLS__NUM sum = path * SPRINGLS__W(length)(residual);
+    SPRINGLS__NUM bent = sum + rule * SPRINGLS__W(length2)(bend) / SPRINGLS__W(sqrt)(speed2);
+    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
+}
+
+/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+   integration. */
+typedef struct SPRINGLS__W(movers) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
+    SPRINGLS__NUM error;
+} SPRINGLS__W(movers);
+
+/* Places in several lanes as numbers. */
+typedef struct SPRINGLS__W(lanes) { float x[SPRINGLS__WIDTH], y[SPRINGLS__WIDTH], z[SPRINGLS__WIDTH]; } SPRINGLS__W(lanes);
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lanes_store)(SPRINGLS__W(lanes) *lanes, SPRINGLS__NUM3 v)
+{
+    SPRINGLS__W(store)(lanes->x, v.x);
+    SPRINGLS__W(store)(lanes->y, v.y);
+    SPRINGLS__W(store)(lanes->z, v.z);
+}
+
+SPRINGLS__W_MATHS springls__v3 SPRINGLS__W(lane_get)(const SPRINGLS__W(lanes) *lanes, int lane)
+{
+    return springls__v3_make(lanes->x[lane], lanes->y[lane], lanes->z[lane]);
+}
+
+SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane, springls__v3 v)
+{
+    lanes->x[lane] = v.x;
+    lanes->y[lane] = v.y;
+    lanes->z[lane] = v.z;
+}
+
+/* Returns the normal of a springl with these points; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+{
+    return SPRINGLS__W(normalize)(
+        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
+}
+
+/* Returns the velocity at x of the user's flow, or of the samples. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__NUM3 x, int k, bool sampled)
+{
+    SPRINGLS__W(lanes) at, velocity;
+    int lane;
+    SPRINGLS__W(lanes_store)(&at, x);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
+        float sample[3];
+        if (sampled) {
+            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
+            v = springls__v3_make(sample[0], sample[1], sample[2]);
+        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
+        SPRINGLS__W(lane_set)(&velocity, lane, v);
+    }
+    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
+}
+
+/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
+                                                      SPRINGLS__NUM3 x, int k)
+{
+    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
+    const float *n = rule->flow_numbers;
+    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
+    if (rule->velocity.channels == 0) return out;
+    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
+}
+
+/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
+                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
+{
+    SPRINGLS__W(lanes) p, n, sum;
+    int lane;
+    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&sum, out);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&sum, lane,
+                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
+                                                  SPRINGLS__W(lane_get)(&sum, lane)));
+    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
+}
+
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
+   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
+{
+    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
+    SPRINGLS__NUM3 push;
+    SPRINGLS__W(movers) slope;
+    int m;
+    slope.error = SPRINGLS__W(broadcast)(0.0f);
+    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
+    *flow = slope.x[0];
+    if (own == 1) {
+        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
+    return slope;
+}
+
+/* Returns all points, moved by s times their slopes. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
+    return at;
+}
+
+/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
+   stages; what pushes is taken to be as it was there. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
+                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
+{
+    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
+    last = SPRINGLS__W(sub)(last, flow[3]);
+    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
+    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
+    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
+    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Returns the displacements of points at `at`. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
+                                                                   SPRINGLS__W(movers) at)
+{
+    SPRINGLS__W(movers) slope[4], stage = at;
+    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int k, m;
+    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
+        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
+        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
+                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
+    if (rule->euler) return stage;
+    if (springls__has_flow(rule))
+        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
+    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
+    return stage;
+}
+
+/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
+   topology constraint holds a springl back. */
+SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__grid *g, const springls__force_rule *rule,
+                                                             SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    SPRINGLS__W(lanes) p, n, move[SPRINGLS__MOVERS];
+    int m, lane;
+    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
+    SPRINGLS__W(lanes_store)(&p, at.x[0]);
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
+        springls__v3 smoothing = springls__smoothing_at(g, rule, x, normal), zero = springls__v3_make(0.0f, 0.0f, 0.0f);
+        for (m = 0; rule->smoothing != 0.0f && m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__W(lane_set)(&move[m], lane, springls__add(SPRINGLS__W(lane_get)(&move[m], lane), smoothing));
+        if (!rule->stop_at_topology || !springls__is_held(g, x, normal, SPRINGLS__W(lane_get)(&move[0], lane))) continue;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lane_set)(&move[m], lane, zero);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = SPRINGLS__W(load_v3)(move[m].x, move[m].y, move[m].z);
+    return d;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    int m;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
+        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+    }
+    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return SPRINGLS__W(select)(length2 > 0.0f, r, error);
+}
+
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
+   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
+   correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
+{
+    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__COND finite;
+    SPRINGLS__W(springl) s;
+    float squares[2][SPRINGLS__WIDTH];
+    int m, lane;
+    d = SPRINGLS__W(corrected)(&model->grid, rule, at, d);
+    particle2 = largest2 = SPRINGLS__W(length2)(d.x[0]);
+    finite = particle2 < 1e18f;
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        SPRINGLS__NUM d2 = SPRINGLS__W(length2)(d.x[m]);
+        finite = finite & (d2 < 1e18f);
+        largest2 = SPRINGLS__W(max)(largest2, d2);
+    }
+    SPRINGLS__W(store)(squares[0], particle2);
+    SPRINGLS__W(store)(squares[1], largest2);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
+    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    SPRINGLS__W(store)(springls__moved_error(model) + first, error);
+    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
+    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
+}
+
+/* Returns where forces act on a particle: in their region. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
+{
+    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
+}
+
+/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
+    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
+    SPRINGLS__W(movers) at, d;
+    int m;
+    at.error = zero;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = SPRINGLS__W(displacement_of)(model, rule, at);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
+                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
+    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
+}
+
+/* Returns x[0], x[1], ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+{
+    SPRINGLS__W(lanes) lanes;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
+}
+
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
+   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
+                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
+                                                const float *error)
+{
+    SPRINGLS__W(movers) at, by;
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) {
+        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+    }
+    at.error = SPRINGLS__W(broadcast)(0.0f);
+    by.error = SPRINGLS__W(load)(step);
+    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
 }

@@ -66,17 +66,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
+    springls__widest_gap gap;
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (springls__is_surrounded(model, i, s->p, n, range, 1.0f)) return seed;
+    gap = springls__widest_gap_at(model, i, s->p, n, range, 1.0f);
     if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
     x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, i, x, n)) return seed;
     fit = springls__fit_at(model, i, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, i, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (!springls__is_surrounded(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f)
+        && springls__widest_gap_at(model, i, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, i, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;

@@ -41,11 +41,15 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 
 typedef struct springls__near_ranges {
     int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+    int y[SPRINGLS__NEAR_RANGES], z[SPRINGLS__NEAR_RANGES]; /* of a row of cells, from the brick's first voxel */
+    int rows;                                               /* ranges that are rows of cells, the first ones */
 } springls__near_ranges;
 
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end, int y, int z)
 {
     if (first == end) return;
+    near_by->y[near_by->count] = y;
+    near_by->z[near_by->count] = z;
     near_by->first[near_by->count] = first;
     near_by->end[near_by->count++] = end;
 }
@@ -66,10 +70,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    near_by.rows = near_by.count;
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
     return near_by;
+}
+
+/* Returns whether springls of a range may be within PROJECT_RADIUS of voxel v of the brick. */
+SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_by, int r, int v)
+{
+    const int before = -1, behind = SPRINGLS__CELL + 1; /* voxels: from the row's first one */
+    int y = (v >> 3 & 7) - near_by->y[r], z = (v >> 6) - near_by->z[r];
+    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
 /* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
@@ -254,26 +267,48 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* Returns the height of voxel x over the sides of the crease that springls about it lie at; weight 0 where there is none. */
-SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                                            springls__v3 x)
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    return 1.0f - springls__length2(springls__sub(p, x)) / radius2;
+}
+
+/* Returns whether a springl at an edge is near voxel v of the brick, at x. */
+SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, const springls__near_ranges *near_by, int v,
+                                               springls__v3 x)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge && springls__edge_weight(oriented[k].p, x) > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+   there is none. */
+SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                                            int v, springls__v3 x)
+{
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
+    springls__estimate none;
+    int r, k;
+    none.weight = none.distance = 0.0f;
+    if (!springls__voxel_near_edge(model, near_by, v, x)) return none;
     samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
+    for (r = 0; r < near_by->count; r++) {
+        if (!springls__range_reaches(near_by, r, v)) continue;
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+            float weight = springls__edge_weight(s->p, x);
+            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
-    estimate.weight = estimate.distance = 0.0f;
-    return edges > 0 ? springls__edge_distance(&samples, x) : estimate;
+    }
+    return springls__edge_distance(&samples, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -308,7 +343,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, x);
+    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)

@@ -9,6 +9,20 @@
 #include "../model/model.h"
 #include "../model/neighborhood.h"
 
+/* ---- rows ---- */
+
+/* Returns row `row` of the brick in a tile: eight voxels. */
+SPRINGLS__MATHS SPRINGLS__LOCAL const float *springls__tile_row(SPRINGLS__LOCAL const float *tile, int row)
+{
+    return tile + springls__tile_index(0, row & 7, row >> 3);
+}
+
+/* Returns row `row` of active brick i in phi_next. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL float *springls__next_row(const springls__grid *g, int i, int row)
+{
+    return g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+}
+
 /* ---- parts ---- */
 
 /* Finds voxel x of a row of the brick at o. */
@@ -224,7 +238,18 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(tile + springls__tile_index(0, row & 7, row >> 3))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+}
+
+/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
+SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int row, x;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (x = 0; x < 8; x++) springls__next_row(g, i, row)[x] = springls__tile_row(tile, row)[x];
 }
 
 /* Copies phi of active brick i to phi_next, with the joints of small parts inside. */
@@ -232,21 +257,18 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *tile)
 {
     const float inside = -0.05f; /* voxel: phi of a joint */
-    const springls__grid *g = &model->grid;
-    bool some = springls__has_joint_candidates(model)[i] != 0;
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
+    if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        bool candidates = some && springls__row_has_joint_candidate(phi);
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        if (!springls__row_has_joint_candidate(phi)) continue;
         for (x = 0; x < 8; x++) {
-            bool candidate = candidates && phi[x] >= 0.0f && phi[x] < SPRINGLS__JOIN_PHI;
+            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            out[x] = candidate && springls__is_best_joint(model, at) ? inside : phi[x];
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
 }
@@ -336,21 +358,19 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
+    const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        float beside[8], max_neighbors = (float)(max_voxels - 1);
-        bool some = springls__count_beside(phi, max_neighbors, beside);
+        float beside[8];
+        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
         for (x = 0; x < 8; x++) {
-            out[x] = phi[x];
-            if (!some || beside[x] > max_neighbors) continue;
+            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels)) out[x] = springls__phi_without_speck(g, at);
+            if (springls__is_speck_voxel(g, at, least, max_voxels))
+                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
         }
     }
 }

@@ -667,6 +667,10 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
+    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
+    if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
+    if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
     for (i = 0; i < s->components; i++)
         springls__code_component(&components, (springls__component *)ctx->component_memory.data + i);
     for (i = 0; i < s->events; i++) springls__code_event(&events, (springls_event *)ctx->event_memory.data + i);

@@ -69,6 +69,9 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
+/* The largest of some floats, at least 0, and how many are more than a limit. */
+typedef struct springls__largest { float value; int more; } springls__largest;
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -87,7 +90,7 @@ struct springls_backend {
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
     springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
@@ -139,9 +142,6 @@ typedef struct springls__motion {
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
     int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
-    springls__movers *displacement;
-    uint8_t *how_far;       /* each springl moves: SPRINGLS__MOVED_...                                          */
-    struct springls__block_motion *blocks;
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;

@@ -87,20 +87,25 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* Returns the largest of the first `count` floats of an array, at least 0. */
-SPRINGLS__FN float springls__largest(springls_context *ctx, springls__array array, int count)
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
+SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
     const float *values;
-    float largest = 0.0f;
+    springls__largest found = { 0.0f, 0 };
     int i;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, &largest) == SPRINGLS_OK) return largest;
+        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
         springls__fall_back_to_host(ctx);
+        found.value = 0.0f;
+        found.more = 0;
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0.0f;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
     values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
-    return largest;
+    for (i = 0; i < count; i++) {
+        found.value = springls__max(found.value, values[i]);
+        found.more += values[i] > limit;
+    }
+    return found;
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */

@@ -639,6 +639,27 @@ TEST questions_fetch_once(void)
     PASS();
 }
 
+/* Advect waits for the device once: one reading finds the largest displacement and how many springls move. */
+TEST advect_reads_once(void)
+{
+    springls_deformation_flow flow = { 32.0f, 1.5f };
+    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    springls_cl_counts before, after;
+    springls_context *ctx;
+    life l;
+    NEEDS_DEVICE();
+    life_make(&l, LIFE_THIN);
+    ctx = life_context(&l, parity_backend);
+    ASSERT(ctx != NULL);
+    ASSERT_OK(springls_advect(ctx, &forces, 0.3f, 0.01f));
+    before = springls_cl_get_counts(parity_backend);
+    ASSERT_OK(springls_advect(ctx, &forces, 0.31f, 0.01f));
+    after = springls_cl_get_counts(parity_backend);
+    ASSERT_EQ(1, (int)(after.downloads - before.downloads));
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Rays and closest points of either surface have the same bits after the same steps. */
 TEST queries_are_equal(void)
 {
@@ -763,6 +784,7 @@ SUITE(lives)
         RUN_TESTp(what_happens_between_steps, between[i].disturb, between[i].changes_nothing);
     }
     RUN_TEST(questions_fetch_once);
+    RUN_TEST(advect_reads_once);
     RUN_TEST(queries_are_equal);
     RUN_TEST(writes_send_their_range);
     RUN_TEST(springls_are_taken_afresh);

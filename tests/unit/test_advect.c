@@ -660,6 +660,38 @@ TEST advect_only_moves(void)
     PASS();
 }
 
+/* A flow that the library does not know for its own. */
+static void deformation_by_callback(void *user, const float *points, int count, float time, float *out)
+{
+    springls_velocity_deformation(user, points, count, time, out);
+}
+
+/* The library's flows, which it evaluates for several springls at once, move them as the same flow in a callback does, bit by bit;
+   the last springls fill no register. */
+TEST flows_need_no_callback(void)
+{
+    springls_deformation_flow flow = { 32.0f, 1.5f };
+    int own, euler;
+    for (own = 0; own < 2; own++)
+        for (euler = 0; euler < 2; euler++) {
+            springls_params p = vertices_move(own);
+            uint64_t hash[2];
+            int by;
+            for (by = 0; by < 2; by++) {
+                springls_context *ctx = few(&p, 43);
+                springls_forces forces = fixture_forces(by ? deformation_by_callback : springls_velocity_deformation, &flow);
+                forces.integrator = euler ? SPRINGLS_INTEGRATOR_EULER : SPRINGLS_INTEGRATOR_RK4;
+                forces.velocity_weight = 0.75f;
+                ASSERT_OK(springls_advect(ctx, &forces, 0.3f, 0.05f));
+                ASSERT_EQ(by ? SPRINGLS__FLOW_NONE : SPRINGLS__FLOW_DEFORMATION, ctx->motion.rule.flow);
+                hash[by] = springls_state_hash(ctx);
+                springls_destroy(ctx);
+            }
+            ASSERT(hash[0] == hash[1]);
+        }
+    PASS();
+}
+
 SUITE(advect)
 {
     RUN_TEST(rotation_has_its_order);
@@ -680,6 +712,7 @@ SUITE(advect)
     RUN_TEST(sampled_fields_end);
     RUN_TEST(weights_weigh);
     RUN_TEST(max_speed_is_the_largest);
+    RUN_TEST(flows_need_no_callback);
     RUN_TEST(bad_forces_move_nothing);
     RUN_TEST(curvature_shrinks_spheres);
     RUN_TEST(advect_only_moves);

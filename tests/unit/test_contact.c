@@ -403,7 +403,6 @@ SUITE(contact)
     RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
     RUN_TESTp(bodies_part, BOXES, 1.0);
     RUN_TESTp(bodies_part, BOXES, 0.5);
-    RUN_TESTp(bodies_part, BOXES, 0.25);
     RUN_TESTp(bodies_part, FINGERS, 0.25);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_FLUID);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_ELASTIC);

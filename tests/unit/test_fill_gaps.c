@@ -352,8 +352,39 @@ TEST rims_do_not_grow(void)
     PASS();
 }
 
+/* Sectors are counted by angle; where they close, no gap between the directions is a right angle, as the exact angles show. */
+TEST sectors_close_only_without_a_gap(void)
+{
+    springls__v3 up = springls__v3_make(0.0f, 0.0f, 1.0f);
+    int k, i, closed = 0, open = 0;
+    for (k = 0; k < 16; k++) {
+        double angle = fixture_pi * (k + 0.5) / 8.0;
+        ASSERT_EQ(1u << k, springls__sector((float)cos(angle), (float)sin(angle)));
+    }
+    fixture_seed(77);
+    for (i = 0; i < 4000; i++) {
+        springls__angular_gaps gaps = springls__angular_gaps_begin(up);
+        uint32_t sectors = 0u;
+        for (k = 0; k < 3 + i % 12; k++) {
+            springls__v3 d = springls__v3_make(fixture_between(-1.0f, 1.0f), fixture_between(-1.0f, 1.0f), 0.0f);
+            gaps = springls__angular_gaps_add(gaps, d);
+            sectors |= springls__sector(springls__dot(d, gaps.e1), springls__dot(d, gaps.e2));
+        }
+        if (!springls__sectors_close(sectors)) {
+            open++;
+            continue;
+        }
+        closed++;
+        ASSERT_LT(springls__angular_gaps_widest(gaps).angle, 90.01f * SPRINGLS__DEGREE);
+    }
+    ASSERT(closed > 500 && open > 500);
+    ASSERT(!springls__sectors_close(0x1fffu) && !springls__sectors_close(0xfff8u) && springls__sectors_close(0x9249u));
+    PASS();
+}
+
 SUITE(fill_gaps)
 {
+    RUN_TEST(sectors_close_only_without_a_gap);
     RUN_TEST(openings_are_found);
     RUN_TESTp(sheets_and_threads_are_told_apart, 0, 1);
     RUN_TESTp(sheets_and_threads_are_told_apart, 1, 1);

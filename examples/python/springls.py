@@ -1,0 +1,457 @@
+"""springls - Spring Level Sets for Python: deformable surfaces that are mesh, tracked points and level set at once.
+
+A module of one file on cffi and numpy. `make python` puts it into build/python beside libspringls.so and springls.h, whose
+declarations it reads: what a function does is described there. One class, Model, holds a surface:
+
+>>> import numpy as np, springls
+>>> model = springls.Model((32, 32, 32))
+>>> model.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+>>> model.step(dt=4, velocity=lambda points, time: np.full_like(points, 0.5))
+>>> model.extract_mesh().positions.mean(axis=0).round(1).tolist()
+[18.0, 18.0, 18.0]
+
+Volumes have shape (nx, ny, nz), as nibabel gives them, and are not copied when they are float32 with x fastest (order 'F').
+Meshes, shapes and queries are in world coordinates, springls and forces in voxels. Points are arrays of shape (n, 3).
+Failures raise springls.Error. A model belongs to one thread at a time.
+"""
+import os
+import re
+from types import SimpleNamespace
+
+import cffi
+import numpy as np
+
+__all__ = ['Model', 'Error', 'params', 'version']
+
+_HERE = os.path.dirname(os.path.abspath(__file__))
+_ffi = cffi.FFI()
+
+
+def _declarations():
+    """Returns the declarations of springls.h without what only a C compiler understands."""
+    with open(os.path.join(_HERE, 'springls.h'), encoding='utf-8') as file:
+        text = file.read().split('#endif /* SPRINGLS_H */')[0]
+    text = re.sub(r'/\*.*?\*/', '', text, flags=re.S)
+    text = re.sub(r'^\s*#.*(\\\n.*)*$', '', text, flags=re.M)
+    return re.sub(r'extern "C" \{|^\}$|SPRINGLS_API', '', text, flags=re.M)
+
+
+_ffi.cdef(_declarations())
+_lib = _ffi.dlopen(os.environ.get('SPRINGLS_LIBRARY', os.path.join(_HERE, 'libspringls.so')))
+
+
+class Error(RuntimeError):
+    """Reports a call that failed: `status` is the name of the springls_status.
+
+    >>> try: Model((2, 2, 2))
+    ... except Error as error: error.status
+    'SPRINGLS_INVALID_ARGUMENT'
+    """
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = _ffi.string(_ffi.cast('springls_status', status))
+
+
+def version():
+    """Returns the version of the library, "major.minor.patch"."""
+    return _ffi.string(_lib.springls_version_string()).decode()
+
+
+def params(base='default', **members):
+    """Returns springls_params: the 'default' or the 'paper' set with some members changed.
+
+    >>> params(split_edge=2.5).split_edge
+    2.5
+    """
+    if base not in ('default', 'paper'):
+        raise ValueError(f"params: 'default' or 'paper', not {base!r}")
+    return _fill(getattr(_lib, f'springls_{base}_params')(), members)
+
+
+def _fill(struct, members):
+    for name, value in members.items():
+        if not hasattr(struct, name):
+            raise TypeError(f'{_ffi.typeof(struct).cname} has no member {name}')
+        setattr(struct, name, value)
+    return struct
+
+
+def _constant(group, name):
+    try:
+        return getattr(_lib, f'SPRINGLS_{group}_{name.upper()}')
+    except AttributeError:
+        raise ValueError(f'{group.lower()}: there is no {name!r}') from None
+
+
+def _array(values, dtype, shape, order='C', name='array'):
+    """Returns `values` as an array of that shape, where -1 stands for any length; copies only what has to be converted."""
+    array = np.require(values, dtype, requirements=order)
+    if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
+        raise ValueError(f'{name} has the shape {array.shape}, not {shape} (-1: any)')
+    return array
+
+
+def _pointer(array, kind='float[]'):
+    """Points to the numbers of an array, which lives at least as long as the pointer."""
+    return _ffi.from_buffer(kind, array.ravel(order='K'))
+
+
+def _view(pointer, count, dtype, shape=(), stride=None):
+    """Shows `count` rows at a pointer of the library as an array, without a copy."""
+    row = np.dtype(dtype).itemsize * int(np.prod(shape, dtype=int))
+    if count == 0 or pointer == _ffi.NULL:
+        return np.empty((0,) + shape, dtype)
+    stride = stride or row
+    bytes_ = _ffi.buffer(_ffi.cast('char *', pointer), stride * (count - 1) + row)
+    rows = np.ndarray((count,) + shape, dtype, bytes_, strides=(stride,) + np.empty(shape, dtype).strides)
+    return rows
+
+
+class Model:
+    """A deformable surface on a grid of `size` voxels.
+
+    size: three numbers of voxels. spacing, origin: world units, one number or three. direction: 3x3, its columns are the axes
+    of the grid. affine: 4x4 as nibabel has it, instead of these three. params: springls.params(...); other keywords change
+    members of it. As many threads as OpenMP is given work on it, and change no bit of the results.
+
+    >>> Model((32, 32, 32), spacing=0.5, keep_edges=0).count
+    0
+    """
+
+    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, params=None, **members):
+        if affine is not None:
+            affine = _array(affine, float, (4, 4), name='affine')
+            spacing = np.linalg.norm(affine[:3, :3], axis=0)
+            direction, origin = affine[:3, :3] / spacing, affine[:3, 3]
+        self.size = tuple(int(n) for n in size)
+        desc = _ffi.new('springls_desc *')
+        desc.grid.size = self.size
+        desc.grid.spacing = np.broadcast_to(spacing, 3).tolist()
+        desc.grid.origin = np.broadcast_to(origin, 3).tolist()
+        desc.grid.direction = np.zeros(9).tolist() if direction is None else np.ravel(direction).tolist()
+        chosen = _ffi.new('springls_params *', params or _lib.springls_default_params())
+        _fill(chosen, members)
+        desc.params = chosen
+        reasons = []
+
+        @_ffi.callback('void(void *, int, const char *)')
+        def log(_, level, message):
+            if level == 1:
+                reasons.append(_ffi.string(message).decode())
+
+        desc.logger.log = log
+        self._log, self._ctx = log, _ffi.NULL   # the library calls `log` as long as the context lives
+        out = _ffi.new('springls_context **')
+        status = _lib.springls_create(desc, out)
+        if status != _lib.SPRINGLS_OK:
+            raise Error(status, reasons[-1] if reasons else _ffi.string(_lib.springls_status_string(status)).decode())
+        self._ctx = _ffi.gc(out[0], _lib.springls_destroy)
+
+    def _check(self, status):
+        if status != _lib.SPRINGLS_OK:
+            raise Error(status, _ffi.string(_lib.springls_last_error(self._ctx)).decode())
+
+    # ---- input ----
+
+    def set_mesh(self, positions, triangles):
+        """Sets the model from a triangle mesh, and returns what was found in it, a springls_mesh_report.
+
+        >>> corners = np.array([(x, y, z) for x in (9, 23) for y in (9, 23) for z in (9, 23)], 'f4')
+        >>> quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        >>> cube = Model((32, 32, 32))
+        >>> report = cube.set_mesh(corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+        >>> report.closed, report.components, round(report.volume)
+        (True, 1, 2744)
+        """
+        positions = _array(positions, 'f4', (-1, 3), name='positions')
+        triangles = _array(triangles, 'i4', (-1, 3), name='triangles')
+        report = _ffi.new('springls_mesh_report *')
+        self._check(_lib.springls_set_mesh(self._ctx, _pointer(positions), len(positions), 0,
+                                           _pointer(triangles, 'int[]'), len(triangles), report))
+        return report
+
+    def set_level_set(self, phi):
+        """Sets the model from a volume whose zero level is the surface, negative inside."""
+        self._check(_lib.springls_set_level_set(self._ctx, _pointer(_array(phi, 'f4', self.size, 'F', 'phi'))))
+
+    def set_labels(self, labels, label=-1):
+        """Sets the model from the voxels of a volume that equal `label`; -1: all that are not 0.
+
+        >>> labels = np.zeros((32, 32, 32), 'i4'); labels[8:24, 8:24, 8:24] = 3
+        >>> model = Model(labels.shape)
+        >>> model.set_labels(labels, 3)
+        >>> abs(model.measure().volume / 16 ** 3 - 1) < 0.03
+        True
+        """
+        self._check(_lib.springls_set_labels(self._ctx, _pointer(_array(labels, 'i4', self.size, 'F', 'labels'), 'int32_t[]'), label))
+
+    def set_threshold(self, image, low, high=np.inf):
+        """Sets the model from the voxels of a volume with low <= value <= high."""
+        image = _array(image, 'f4', self.size, 'F', 'image')
+        self._check(_lib.springls_set_threshold(self._ctx, _pointer(image), low, min(high, np.finfo('f4').max)))
+
+    def set_implicit(self, distance):
+        """Sets the model from a function that gives the signed distance at points (n, 3) in world units, negative inside."""
+        with _Calls() as calls:
+            evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (), lambda u, x, n, out: ((_points(x, n),), n, out))
+            status = _lib.springls_set_implicit(self._ctx, evaluate, _ffi.NULL)
+        self._check(status)
+
+    # ---- motion ----
+
+    def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
+             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4'):
+        """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
+
+        velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,), affine(points, correspondences, time) -> (n, 3, 4):
+        functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
+        samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
+        'elastic' or 'advect_only'. An exception in a function ends the step and is raised again.
+        """
+        self._drive(lambda desc: _lib.springls_step(self._ctx, desc), **_without(locals(), 'self'))
+
+    def run(self, steps, progress=None, stop_at_rest=False, **forces):
+        """Runs `steps` steps; the keywords are those of `step`. stop_at_rest: ends when hardly a springl moves."""
+        self._drive(lambda desc: _lib.springls_run(self._ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
+
+    def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
+               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', **members):
+        forces = _ffi.new('springls_forces *')
+        forces.curvature_weight = curvature
+        forces.integrator = _constant('INTEGRATOR', integrator)
+        with _Calls() as calls:
+            if velocity:
+                forces.velocity = calls.wrap('springls_velocity_fn', velocity, (3,),
+                                             lambda u, x, n, t, out: ((_points(x, n), t), n, out))
+            if pressure:
+                forces.pressure = calls.wrap('springls_pressure_fn', pressure, (),
+                                             lambda u, x, m, n, t, out: ((_points(x, n), _points(m, n), t), n, out))
+            if affine:
+                forces.affine = calls.wrap('springls_affine_fn', affine, (3, 4),
+                                           lambda u, x, a, n, t, out: ((_points(x, n), _points(a, n), t), n, out))
+            if velocity_field is not None:
+                samples = _array(np.transpose(velocity_field, (2, 1, 0, 3)), 'f4', self.size[::-1] + (3,), name='velocity_field')
+                forces.velocity_grid.data = calls.keep(_pointer(samples), samples)
+            if pressure_field is not None:
+                samples = _array(pressure_field, 'f4', self.size, 'F', 'pressure_field')
+                forces.pressure_grid.data = calls.keep(_pointer(samples), samples)
+            desc = _fill(_ffi.new('springls_step_desc *'), dict(members, forces=forces, dt=dt, max_displacement=max_displacement,
+                                                                mode=_constant('MODE', mode)))
+            status = call(desc)
+        self._check(status)
+
+    # ---- reading ----
+
+    count = property(lambda self: _lib.springls_count(self._ctx), doc='Number of springls.')
+    time = property(lambda self: _lib.springls_time(self._ctx), lambda self, t: _lib.springls_set_time(self._ctx, t), doc='Time.')
+    state_hash = property(lambda self: _lib.springls_state_hash(self._ctx), doc='Hash of the state: equal states have equal ones.')
+    memory_used = property(lambda self: _lib.springls_memory_used(self._ctx), doc='Bytes held.')
+
+    def measure(self):
+        """Measures the closed surface: volume, area, coverage, lower, upper, components, euler."""
+        out = _ffi.new('springls_measures *')
+        self._check(_lib.springls_measure(self._ctx, out))
+        return out
+
+    def _rows(self, view, shape, copy):
+        rows = _view(view.data, view.count, 'f4', shape, view.stride)
+        return rows.copy() if copy else rows
+
+    def vertices(self, copy=True):
+        """Returns the corners of the springls in voxels, (n, 3, 3). copy=False: a view that the next change of the model ends."""
+        return self._rows(_lib.springls_view_vertices(self._ctx), (3, 3), copy)
+
+    def particles(self, copy=True):
+        """Returns the particles of the springls in voxels, (n, 3); `copy` as in `vertices`."""
+        return self._rows(_lib.springls_view_particles(self._ctx), (3,), copy)
+
+    def correspondences(self, copy=True):
+        """Returns where the particles come from on the original surface, in voxels, (n, 3); `copy` as in `vertices`."""
+        return self._rows(_lib.springls_view_correspondences(self._ctx), (3,), copy)
+
+    def ids(self):
+        """Returns the numbers of the springls that no other springl of the model ever gets, (n,)."""
+        return _view(_lib.springls_ids(self._ctx), self.count, 'u4').copy()
+
+    def extract_mesh(self, soup=False):
+        """Extracts the closed surface; soup: the springls. Arrays positions, normals, correspondences, springls, triangles."""
+        mesh = _ffi.new('springls_mesh *')
+        self._check((_lib.springls_extract_soup if soup else _lib.springls_extract_mesh)(self._ctx, mesh))
+        n, points = mesh.vertex_count, ('positions', 'normals', 'correspondences')
+        out = SimpleNamespace(springls=_view(mesh.springls, n, 'i4').copy(),
+                              triangles=_view(mesh.triangles, mesh.triangle_count, 'i4', (3,)).copy(),
+                              **{name: _view(getattr(mesh, name), n, 'f4', (3,)).copy() for name in points})
+        _lib.springls_mesh_free(self._ctx, mesh)
+        return out
+
+    def level_set(self):
+        """Returns phi as a volume (nx, ny, nz): the signed distance in voxels, clamped beyond the narrow band."""
+        phi = np.empty(self.size, 'f4', 'F')
+        self._check(_lib.springls_copy_level_set(self._ctx, _pointer(phi)))
+        return phi
+
+    def _sample(self, function, points, dtype, shape, kind):
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty((len(points),) + shape, dtype)
+        self._check(function(self._ctx, _pointer(points), len(points), _pointer(out, kind)))
+        return out
+
+    def distance(self, points):
+        """Samples the signed distance at world points."""
+        return self._sample(_lib.springls_sample_distance, points, 'f4', (), 'float[]')
+
+    def inside(self, points):
+        """Finds whether world points are inside.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.inside([(16, 16, 16), (1, 1, 1)]).tolist()
+        [True, False]
+        """
+        return self._sample(_lib.springls_sample_inside, points, 'u1', (), 'uint8_t[]').astype(bool)
+
+    def _hits(self, count, find):
+        hits = _ffi.new('springls_hit[]', max(count, 1))
+        self._check(find(hits))
+        stride, columns = _ffi.sizeof('springls_hit'), {}
+        for name, field in _ffi.typeof('springls_hit').fields:
+            item = field.type.item if field.type.kind == 'array' else field.type
+            dtype = np.dtype({'float': 'f4', 'int': 'i4', 'uint32_t': 'u4'}[item.cname])
+            shape = (field.type.length,) if field.type.kind == 'array' else ()
+            start = _ffi.cast('char *', hits) + field.offset
+            columns[name] = _view(start, count, dtype, shape, stride).copy()
+        return SimpleNamespace(**columns)
+
+    def closest(self, points, soup=False):
+        """Finds the closest place of the surface to world points. Arrays named as the members of springls_hit."""
+        points = _array(points, 'f4', (-1, 3), name='points')
+        return self._hits(len(points), lambda hits: _lib.springls_closest(self._ctx, int(soup), _pointer(points), len(points), hits))
+
+    def raycast(self, origins, directions, max_distance=0, soup=False):
+        """Finds the first place along rays within max_distance (0: any). Members as for `closest`; springl is -1 where nothing is hit."""
+        origins = _array(origins, 'f4', (-1, 3), name='origins')
+        directions = _array(directions, 'f4', origins.shape, name='directions')
+        return self._hits(len(origins), lambda hits: _lib.springls_raycast(self._ctx, int(soup), _pointer(origins), _pointer(directions),
+                                                                           len(origins), max_distance, hits))
+
+    # ---- attributes: values that springls carry ----
+
+    def add_attribute(self, name, values, policy='blend'):
+        """Adds values that springls carry, (n,) or (n, channels). policy: 'copy', 'blend' or 'share' where springls come and go.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.add_attribute('height', ball.particles()[:, 2])
+        >>> bool(abs(ball.mesh_attribute('height')[:, 0] - ball.extract_mesh().positions[:, 2]).max() < 0.1)
+        True
+        """
+        values = np.asarray(values, 'f4')
+        values = _array(values[:, None] if values.ndim == 1 else values, 'f4', (self.count, -1), name='values')
+        text, rule = _ffi.new('char[]', name.encode()), _constant('POLICY', policy)
+        desc = _ffi.new('springls_attribute_desc *', (text, values.shape[1], rule, rule, rule))
+        self._check(_lib.springls_add_attribute(self._ctx, desc, _pointer(values), _ffi.NULL))
+
+    def _index(self, name):
+        index = _lib.springls_find_attribute(self._ctx, name.encode())
+        if index < 0:
+            raise KeyError(name)
+        return index
+
+    def attribute(self, name):
+        """Returns the values of an attribute, (n, channels)."""
+        index, desc = self._index(name), _ffi.new('springls_attribute_desc *')
+        self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
+        return self._rows(_lib.springls_view_attribute(self._ctx, index), (desc.channels,), True)
+
+    def mesh_attribute(self, name):
+        """Returns the values of an attribute at the vertices of extract_mesh(), (vertices, channels)."""
+        index, desc, mesh = self._index(name), _ffi.new('springls_attribute_desc *'), _ffi.new('springls_mesh *')
+        self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
+        self._check(_lib.springls_extract_mesh(self._ctx, mesh))
+        out = np.empty((mesh.vertex_count, desc.channels), 'f4')
+        status = _lib.springls_mesh_attribute(self._ctx, mesh, index, _pointer(out))
+        _lib.springls_mesh_free(self._ctx, mesh)
+        self._check(status)
+        return out
+
+    # ---- tools ----
+
+    def combine(self, operation, other):
+        """Combines the solid with another model of the same grid: 'union', 'intersection' or 'difference'."""
+        self._check(_lib.springls_combine(self._ctx, _constant('OPERATION', operation), other._ctx))
+
+    def offset(self, distance):
+        """Grows (distance > 0) or shrinks the solid, world units."""
+        self._check(_lib.springls_offset(self._ctx, distance))
+
+    def smooth(self, length, keep_volume=False):
+        """Smooths away features smaller than `length`, world units."""
+        self._check(_lib.springls_smooth(self._ctx, length, keep_volume))
+
+    def remesh(self):
+        """Makes springls of even size everywhere."""
+        self._check(_lib.springls_remesh(self._ctx))
+
+    def snapshot(self):
+        """Returns the whole state as bytes, for `restore`.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> before, saved = ball.state_hash, ball.snapshot()
+        >>> ball.step(dt=1, velocity=lambda points, time: points - 16)
+        >>> ball.restore(saved)
+        >>> ball.state_hash == before
+        True
+        """
+        size = _ffi.new('size_t *')
+        self._check(_lib.springls_snapshot(self._ctx, _lib.SPRINGLS_SNAPSHOT_KIND_ALL, _ffi.NULL, 0, size))
+        block = bytearray(size[0])
+        self._check(_lib.springls_snapshot(self._ctx, _lib.SPRINGLS_SNAPSHOT_KIND_ALL, _ffi.from_buffer(block), len(block), size))
+        return bytes(block)
+
+    def restore(self, snapshot):
+        """Replaces the model by a snapshot."""
+        self._check(_lib.springls_restore(self._ctx, _ffi.from_buffer(snapshot), len(snapshot)))
+
+
+def _without(names, *left_out):
+    return {name: value for name, value in names.items() if name not in left_out}
+
+
+def _points(pointer, count):
+    """Shows points of the library as an array that can only be read."""
+    rows = _view(pointer, count, 'f4', (3,))
+    rows.flags.writeable = False
+    return rows
+
+
+class _Calls:
+    """Holds what the library borrows during a call: callbacks, samples, and the first exception that a function raised."""
+
+    def __init__(self):
+        self.kept, self.error = [], None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.error is not None:
+            raise self.error
+
+    def keep(self, pointer, owner):
+        self.kept.append(owner)
+        return pointer
+
+    def wrap(self, kind, function, shape, arguments):
+        """Makes a C function of one that takes arrays and returns one row of `shape` a point. NaN ends a step that it fails in."""
+        def called(*given):
+            values, count, out = arguments(*given)
+            rows = _view(out, count, 'f4', shape)
+            try:
+                rows[...] = np.asarray(function(*values), 'f4').reshape(rows.shape)
+            except BaseException as error:
+                self.error = self.error or error
+                rows[...] = np.nan
+        callback = _ffi.callback(kind, called)
+        return self.keep(callback, callback)

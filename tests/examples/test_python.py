@@ -1,0 +1,149 @@
+"""test_python.py - the module springls of Python: its doctests, what it refuses, and the two examples."""
+import contextlib
+import doctest
+import io
+import os
+import runpy
+import sys
+import tempfile
+import unittest
+
+try:
+    import nibabel
+    import numpy as np
+    import springls
+except ImportError as error:
+    sys.exit(f'{error}\nPass: 0, fail: 0, skip: 1.' if error.name in ('cffi', 'nibabel', 'numpy') else error)
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def ball(n=24, radius=7, **members):
+    model = springls.Model((n, n, n), **members)
+    model.set_implicit(lambda points: np.linalg.norm(points - n / 2, axis=1) - radius)
+    return model
+
+
+class Refused(unittest.TestCase):
+    def assertFails(self, status, call, *args, **names):
+        with self.assertRaises(springls.Error) as caught:
+            call(*args, **names)
+        self.assertEqual(caught.exception.status, 'SPRINGLS_' + status)
+        self.assertTrue(str(caught.exception))
+
+    def test_failures_have_status_and_sentence(self):
+        self.assertFails('INVALID_ARGUMENT', springls.Model, (3, 24, 24))
+        self.assertFails('EMPTY_MODEL', springls.Model((8, 8, 8)).set_level_set, np.ones((8, 8, 8)))
+        self.assertFails('NON_FINITE', springls.Model((8, 8, 8)).set_level_set, np.full((8, 8, 8), np.nan))
+        self.assertFails('BAD_MESH', springls.Model((8, 8, 8)).set_mesh, np.zeros((3, 3)), [(0, 1, 7)])
+        self.assertFails('BAD_SNAPSHOT', ball().restore, b'not a snapshot')
+
+    def test_shapes_are_checked(self):
+        model = ball()
+        for call in (lambda: model.set_level_set(np.ones((8, 8, 8))), lambda: model.set_mesh(np.zeros((4, 2)), [(0, 1, 2)]),
+                     lambda: model.distance([1, 2, 3]), lambda: model.step(velocity_field=np.zeros((24, 24, 24, 2))),
+                     lambda: model.raycast(np.zeros((2, 3)), np.zeros((1, 3))), lambda: model.combine('sum', ball()),
+                     lambda: model.add_attribute('short', np.zeros(model.count - 1))):
+            self.assertRaises(ValueError, call)
+        self.assertRaises(TypeError, springls.Model, (24, 24, 24), no_such_member=1)
+        self.assertRaises(KeyError, model.attribute, 'none')
+
+    def test_exceptions_of_functions_are_raised_again(self):
+        model, calls = ball(), []
+
+        def fail(points, time):
+            calls.append(len(points))
+            raise ZeroDivisionError('mine')
+        before = model.state_hash
+        self.assertRaisesRegex(ZeroDivisionError, 'mine', model.step, dt=1, velocity=fail)
+        self.assertEqual(model.state_hash, before)
+        self.assertRaises(ValueError, model.step, dt=1, velocity=lambda points, time: points[1:])
+        model.step(dt=1, velocity=lambda points, time: 0 * points + 1)
+        np.testing.assert_allclose(model.particles().mean(axis=0), 13, atol=0.05)
+
+
+class Right(unittest.TestCase):
+    def test_fields_move_as_functions_do(self):
+        by_field, by_function = ball(), ball()
+        x = np.arange(24, dtype='f4')
+        field = np.stack(np.broadcast_arrays(x[:, None, None] / 24, x[None, :, None] / 48, x[None, None, :] * 0), axis=-1)
+        by_field.step(dt=1, velocity_field=field)
+        by_function.step(dt=1, velocity=lambda points, time: points * np.array([1 / 24, 1 / 48, 0], 'f4'))
+        np.testing.assert_allclose(by_field.particles(), by_function.particles(), atol=1e-4)
+        outward = ball()
+        outward.step(dt=1, pressure_field=np.ones((24, 24, 24), order='C'))
+        self.assertAlmostEqual(np.cbrt(outward.measure().volume / ball().measure().volume), 8 / 7, delta=0.01)
+
+    def test_affine_maps(self):
+        model = ball()
+        shift = np.hstack([np.zeros((3, 3)), [[1], [0], [0]]])
+        model.step(dt=2, mode='elastic', affine=lambda points, origins, time: np.broadcast_to(shift, (len(points), 3, 4)))
+        np.testing.assert_allclose(model.particles().mean(axis=0), [14, 12, 12], atol=0.1)
+
+    def test_volumes_are_not_copied(self):
+        phi = ball().level_set()
+        self.assertTrue(phi.flags.f_contiguous)
+        for order in 'FC':
+            model = springls.Model(phi.shape)
+            model.set_level_set(np.array(phi, order=order))
+            self.assertAlmostEqual(model.measure().volume, ball().measure().volume, delta=1)
+
+    def test_nifti_places(self):
+        affine = np.array([[0, -2, 0, 50], [2, 0, 0, -20], [0, 0, 3, 5], [0, 0, 0, 1.0]])
+        model = springls.Model((24, 24, 24), affine=affine)
+        model.set_labels(np.pad(np.ones((8, 8, 8), 'i4'), 8))
+        np.testing.assert_allclose(model.extract_mesh().positions.mean(axis=0), affine[:3, :3] @ np.full(3, 11.5) + affine[:3, 3], atol=0.2)
+
+    def test_views_and_rays(self):
+        model = ball()
+        np.testing.assert_array_equal(model.vertices(copy=False), model.vertices())
+        hit = model.raycast([(12, 12, 0), (0, 0, 0)], [(0, 0, 1), (0, 0, -1)])
+        self.assertAlmostEqual(hit.distance[0], 5, delta=0.02)
+        self.assertEqual(hit.springl[1], -1)
+        self.assertEqual(model.closest(np.zeros((0, 3))).point.shape, (0, 3))
+        self.assertEqual(len(set(model.ids())), model.count)
+
+    def test_tools(self):
+        model = ball()
+        model.combine('difference', ball(radius=4))
+        self.assertEqual(model.measure().components, 2)
+        model.restore(ball().snapshot())
+        model.offset(1)
+        self.assertAlmostEqual(np.cbrt(model.measure().volume / ball().measure().volume), 8 / 7, delta=0.01)
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name, *arguments):
+        printed = io.StringIO()
+        before, sys.argv = sys.argv, [name, *arguments]
+        try:
+            with contextlib.redirect_stdout(printed):
+                return runpy.run_path(os.path.join(HERE, name)), printed.getvalue()
+        finally:
+            sys.argv = before
+
+    def test_segment(self):
+        with tempfile.TemporaryDirectory() as folder:
+            places = np.stack(np.meshgrid(*[np.arange(64)] * 3, indexing='ij'), axis=-1)
+            image = 100.0 * (np.linalg.norm((places - 31) / [20, 16, 12], axis=-1) < 1)
+            nibabel.save(nibabel.Nifti1Image(image.astype('f4'), np.diag([1, 1, 2, 1])), folder + '/in.nii.gz')
+            self.run_example('segment.py', folder + '/in.nii.gz', '50', folder + '/out.nii.gz')
+            inside = nibabel.load(folder + '/out.nii.gz').get_fdata() > 0
+            coarse = image[::2, ::2, ::2] > 0
+            self.assertGreater(2 * (inside & coarse).sum() / (inside.sum() + coarse.sum()), 0.95)
+
+    def test_track(self):
+        names, printed = self.run_example('track.py')
+        self.assertLess(names['way'].mean(), 0.01)
+        self.assertIn('points came back', printed)
+
+
+def load_tests(loader, tests, pattern):
+    tests.addTests(doctest.DocTestSuite(springls))
+    return tests
+
+
+result = unittest.main(exit=False, verbosity=0).result
+bad = len(result.failures) + len(result.errors)
+print(f'Pass: {result.testsRun - bad}, fail: {bad}, skip: {len(result.skipped)}.')
+sys.exit(bad != 0)

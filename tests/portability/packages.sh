@@ -1,0 +1,82 @@
+#!/bin/bash
+# packages.sh: does a program find springls through each package system? Every check begins in a folder of its own, with what it
+# installs there. From the repository's root; prints what fails, and "N passed, N failed". Systems that are missing are skipped.
+set -u
+root=$PWD out=$PWD/build/packages
+rm -rf "$out"; mkdir -p "$out"
+passed=0 failed=0
+version=$(sed -n 's/^#define SPRINGLS_VERSION_[A-Z]* \([0-9]*\)$/\1/p' springls.h | paste -s -d .)
+
+check() {   # NAME COMMAND...
+    local name=$1; shift
+    mkdir "$out/$name"
+    if (cd "$out/$name" && cp "$root/examples/minimal.c" . && "$@") > "$out/$name.log" 2>&1; then passed=$((passed + 1)); echo "ok   $name"
+    else failed=$((failed + 1)); echo "FAIL $name"; tail -n 20 "$out/$name.log"; fi
+}
+
+# A program for CMake that gets the library by $1.
+cmake_program() {
+    { echo 'cmake_minimum_required(VERSION 3.14)'; echo 'project(program C)'; echo "$1"
+      echo 'add_executable(program minimal.c)'; echo 'target_link_libraries(program PRIVATE springls::springls)'; } > CMakeLists.txt
+    cmake -S . -B build "-DCMAKE_PREFIX_PATH=$PWD/prefix" && cmake --build build && ./build/program
+}
+find_package() {
+    cmake -S "$root" -B install "-DCMAKE_INSTALL_PREFIX=$PWD/prefix" && cmake --install install &&
+        cmake_program "find_package(springls ${version%.*} REQUIRED)"
+}
+fetch_content() { cmake_program "include(FetchContent)
+FetchContent_Declare(springls SOURCE_DIR $root)
+FetchContent_MakeAvailable(springls)"; }
+subdirectory() { cmake_program "add_subdirectory($root springls)"; }
+
+# The recipe of vcpkg, with the three functions of vcpkg that it calls replaced by what they stand for.
+vcpkg_recipe() {
+    cat > run.cmake <<END
+set(CURRENT_PACKAGES_DIR "$PWD/packages")
+function(vcpkg_cmake_configure _ source)
+    execute_process(COMMAND cmake -S "\${source}" -B build -DCMAKE_INSTALL_PREFIX=$PWD/packages COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+function(vcpkg_cmake_install)
+    execute_process(COMMAND cmake --install build COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+function(vcpkg_cmake_config_fixup _ folder)
+    file(RENAME "\${CURRENT_PACKAGES_DIR}/\${folder}" "\${CURRENT_PACKAGES_DIR}/moved")
+    file(RENAME "\${CURRENT_PACKAGES_DIR}/moved" "\${CURRENT_PACKAGES_DIR}/share/springls")
+endfunction()
+include("$root/packages/vcpkg/portfile.cmake")
+END
+    cmake -P run.cmake && [ -s packages/share/springls/copyright ] && [ -s packages/include/springls.h ] &&
+        [ -s packages/share/springls/springlsConfig.cmake ] && grep -q "\"version\": \"$version\"" "$root/packages/vcpkg/vcpkg.json"
+}
+
+meson_program() {   # with what is on the command line
+    { echo "project('program', 'c')"; echo "executable('program', 'minimal.c', dependencies: dependency('springls', version: '$version'))"; } > meson.build
+    meson setup "$@" build && meson compile -C build && ./build/program
+}
+meson_wrap() {
+    mkdir subprojects && sed "s|^url = .*|url = file://$root|" "$root/packages/meson/springls.wrap" > subprojects/springls.wrap &&
+        ln -s "$root" subprojects/springls && meson_program
+}
+meson_installed() {
+    meson setup --prefix "$PWD/prefix" install "$root" && meson install -C install &&
+        PKG_CONFIG_PATH=$(dirname "$(find prefix -name springls.pc)") meson_program
+}
+
+pkg_config() {
+    make -s -C "$root" install PREFIX="$PWD/prefix" && export PKG_CONFIG_PATH=$PWD/prefix/share/pkgconfig &&
+        ${CC:-cc} -std=c99 $(pkg-config --cflags springls) minimal.c $(pkg-config --libs springls) -o program && ./program
+}
+
+conan_recipe() {
+    if command -v conan; then CONAN_HOME=$PWD/home; export CONAN_HOME; conan profile detect && conan create "$root/packages/conan"
+    else /usr/bin/python3 -c 'import sys; compile(open(sys.argv[1]).read(), sys.argv[1], "exec")' "$root/packages/conan/conanfile.py"; fi
+}
+
+if command -v cmake > /dev/null; then
+    check find-package find_package; check fetch-content fetch_content; check subdirectory subdirectory; check vcpkg vcpkg_recipe
+fi
+if command -v meson > /dev/null; then check meson-wrap meson_wrap; check meson-installed meson_installed; fi
+if command -v pkg-config > /dev/null; then check pkg-config pkg_config; fi
+check conan conan_recipe
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]
