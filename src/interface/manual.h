@@ -227,7 +227,7 @@
    With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
    with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
    run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
    may move against each other.
 
      - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of

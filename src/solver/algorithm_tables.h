@@ -115,7 +115,7 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
+    const float closely = 0.15f;
     float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
     return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }

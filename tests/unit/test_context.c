@@ -193,6 +193,22 @@ static void guarded_free(void *memory, size_t bytes, void *user)
     fixture_free(memory, bytes, &((guarded_heap *)user)->heap);
 }
 
+/* What grows holds little more than is used, and advect leaves springls no memory that was sized for something else. */
+TEST memory_grows_by_little(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
+    size_t one = sizeof *ctx->model.set.error;
+    int i;
+    for (i = 0; i < 12; i++) ASSERT_OK(fixture_translate(ctx, 0.1f, 0.0f, 0.0f));
+    ASSERT_LT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes, 4 * one * (size_t)springls_count(ctx));
+    ASSERT_OK(springls__grow(ctx, SPRINGLS__ARRAY_ERROR, 100000, 0));
+    ASSERT_OK(springls__grow(ctx, SPRINGLS__ARRAY_ERROR, 120000, 0));
+    ASSERT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes >= 120000 * one);
+    ASSERT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes <= 140000 * one);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* All memory comes from the allocator, called from the caller's thread only; memory_used knows every byte; frees get back
    the sizes that were asked for; a mesh lives until it is freed; reset keeps memory, destroy returns all. */
 TEST memory_is_accounted_for(void)
@@ -595,6 +611,7 @@ TEST stages_survive_an_empty_model(void)
 
 SUITE(context)
 {
+    RUN_TEST(memory_grows_by_little);
     RUN_TEST(descriptions_are_checked);
     RUN_TEST(sizes_at_the_limit);
     RUN_TEST(parameters_are_checked);
