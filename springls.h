@@ -353,7 +353,7 @@
    With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
    with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
    run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
+   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
    may move against each other.
 
      - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
@@ -1947,7 +1947,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
@@ -1998,7 +1998,7 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
+    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -5474,8 +5474,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
-   growth is cheap. Fails without memory, and leaves the buffer as it was. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by an eighth more than that, so
+   that repeated growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -5484,7 +5484,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (count > (SIZE_MAX / 2) / element) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a size overflows");
     bytes = count * element;
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
-    if (buffer->data) bytes += bytes / 2;
+    if (buffer->data) bytes += bytes / 8;
     memory = springls__allocate(ctx, bytes);
     if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
@@ -15347,7 +15347,7 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
+    const float closely = 0.15f;
     float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
     return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
 }
@@ -22284,7 +22284,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
@@ -22335,7 +22335,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
+    "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
