@@ -6,6 +6,7 @@
 #include "../language/simd.h"
 #include "../model/model.h"
 #include "contract.h"
+#include "relax.h"
 
 /* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
 #define SPRINGLS__SHARE_DIRECTIONS 6
@@ -21,7 +22,7 @@ SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model
     springls__springl s = model->set.s[i];
     int m;
     (void)args;
-    if (!model->set.mask[i])
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))
         for (m = 0; m < 3; m++)
             s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
@@ -118,7 +119,10 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
     springls__share share;
-    (void)args;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);

@@ -352,14 +352,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
-   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
-   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
-   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. Bricks of
+   8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps. Steps of
+   SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all sleep and nothing
+   moves, a step ends after advect and takes no time to speak of. Awake, springls at rest would go on turning as they relax, by which
+   phi moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
-     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+     - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
 
    EVENTS
