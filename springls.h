@@ -37,6 +37,8 @@
      >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>cover:kernel         kernels_embed/stages/cover.h
+     >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>project:kernel       kernels_embed/stages/project.h
@@ -48,8 +50,6 @@
      >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
-     >>relax:kernel         kernels_embed/stages/relax.h
-     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>resample:kernel      kernels_embed/stages/resample.h
      >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
@@ -471,14 +471,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
-   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
-   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
-   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. Bricks of
+   8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps. Steps of
+   SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all sleep and nothing
+   moves, a step ends after advect and takes no time to speak of. Awake, springls at rest would go on turning as they relax, by which
+   phi moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
-     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+     - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
    EVENTS
 
@@ -1881,6 +1882,12 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
+typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
+
+/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
+typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1931,6 +1938,8 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__relax_arguments relax;
+    springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -3319,13 +3328,6 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks phi as synced with particle i: stores its place. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.synced_position[i] = model->set.s[i].p;
-}
-
 /* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -3808,6 +3810,44 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
 {
     int c;
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
+SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)
+{
+    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+}
+
+/* Marks phi as synced with particle i, unless it is asleep: stores its place. */
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
+}
+
+/* Returns true when a particle is out of reach of the springls that are awake. */
+SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
+{
+    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
+}
+
+/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
+{
+    const springls__grid *g = &model->grid;
+    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row, v;
+    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+    return true;
 }
 
 /* Wakes the brick of a slot: its springls count as having stirred. */
@@ -5283,6 +5323,7 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
+    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -5366,6 +5407,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
+    bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
     int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -6014,10 +6056,16 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
+/* The first edge of a springl whose neighbors have not been found: it was asleep. */
+#define SPRINGLS__NOT_FOUND (-2)
+
+/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
+    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    else springls__find_neighbors(model, i, row);
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
@@ -6097,7 +6145,7 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
 /* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
@@ -6167,17 +6215,17 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool buried = model->params.project_level_set && springls__is_buried(model, s);
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    bool thin = model->params.keep_thin != 0;
+    bool thin = model->params.keep_thin != 0, buried, distant;
     *action = SPRINGLS__KEEP;
-    if (model->set.mask[i]) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i)) return;
+    buried = model->params.project_level_set && springls__is_buried(model, s);
+    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
@@ -6231,12 +6279,457 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, or of the mask. */
+/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
+
+typedef struct springls__relax_rule {
+    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
+    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
+    float sharpness;                 /* lambda_c                                 */
+    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
+} springls__relax_rule;
+
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
+{
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/relax_body.h -------- */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
+{
+    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
+}
+
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
+   asleep. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
+{
+    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
+    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
+}
+
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        bool all = true;
+        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);
+        if (all) springls__vec_relax_springl(model, rule, begin);
+        else
+            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)args;
+    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
@@ -6257,7 +6750,7 @@ SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model
     springls__springl s = model->set.s[i];
     int m;
     (void)args;
-    if (!model->set.mask[i])
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))
         for (m = 0; m < 3; m++)
             s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
     springls__relaxed_springls(model)[i] = springls__springl_finished(s);
@@ -6354,7 +6847,10 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
     springls__share share;
-    (void)args;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
@@ -7047,9 +7543,9 @@ SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *mod
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false;
+    bool candidate = false, asleep = springls__is_asleep(model, i);
     int other;
-    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
             candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
@@ -7070,6 +7566,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
+    if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
@@ -7090,7 +7587,7 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
     springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
     (void)args;
-    if (!model->set.edge[i] || model->set.mask[i]) return;
+    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
 }
@@ -7286,8 +7783,11 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 /* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__seed seed = springls__seed_beside(model, i);
+    springls__seed seed;
     (void)args;
+    springls__seed_action(model)[i] = SPRINGLS__REMOVE;
+    if (springls__is_asleep(model, i)) return;
+    seed = springls__seed_beside(model, i);
     springls__seeds(model)[i] = seed;
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
@@ -7596,6 +8096,11 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {
+        for (row = model->group.item; row < 81; row += model->group.items)
+            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        return;
+    }
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
         for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
@@ -7665,7 +8170,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f; /* voxels: springls move by no more than two at once */
-    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);
     (void)args;
     if (side != 0) model->set.overlapped[i] = side < 0;
 }
@@ -7684,6 +8189,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
+    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -8034,6 +8540,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (springls__keeps_phi(model, i)) return;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
@@ -8214,6 +8721,7 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
@@ -8239,442 +8747,6 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
     (void)args;
     springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
-}
-
-/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
-
-typedef struct springls__relax_rule {
-    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
-    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
-    float sharpness;                 /* lambda_c                                 */
-    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    springls_threshold threshold;    /* H                                         */
-    springls_weight weight;          /* W                                         */
-    bool physical;                   /* torque: eq. 19, else eq. 20               */
-} springls__relax_rule;
-
-SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = params->threshold;
-    rule.weight = params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/relax_body.h -------- */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
-    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
-}
-
-/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int i;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, args, i);
-    }
-    for (; begin < end; begin++) springls__relax_element(model, args, begin);
-}
-
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
-   Springls of the mask stay as they are. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)args;
-    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
-        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -8748,7 +8820,7 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
     springls__tri t = springls__springl_tri(model->set.s[i]);
-    return !model->set.mask[i]
+    return !model->set.mask[i] && !springls__is_asleep(model, i)
         && (springls__longest_edge2(t) > p->split_edge * p->split_edge
             || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }
@@ -8835,13 +8907,6 @@ SPRINGLS__MATHS void springls__calm_element(const springls__model *model, spring
     SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
     (void)args;
     *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
-}
-
-/* Returns the slot of the brick that a place lies in. */
-SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
-{
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
 }
 
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
@@ -9125,6 +9190,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
@@ -9148,6 +9214,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -9249,6 +9316,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const float max_neighbors = (float)(max_voxels - 1);
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
@@ -12716,22 +12784,31 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
+    ctx->at_rest = false;
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -14044,17 +14121,22 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 
 /* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
    together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
-   reason). Ends with a loop. */
+   reason). Springls that have woken since get theirs then. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {
+    springls__arguments args;
+    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period;
+    if (args.neighbors.missing) {
         ctx->neighbors_age++;
-        return SPRINGLS_OK;
+        if (!ctx->neighbors_missing) return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
-    ctx->neighbors_age = 0;
+    if (!args.neighbors.missing) {
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+        ctx->neighbors_age = 0;
+    }
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, &args);
+    ctx->neighbors_missing = ctx->model.grid.some_asleep != 0;
     return SPRINGLS_OK;
 }
 
@@ -14082,13 +14164,16 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
+    springls__arguments args;
+    args.relax.kept = ctx->work.kept;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx);
+            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+            ctx->work.kept = true;
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
@@ -14097,14 +14182,15 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
             return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
         springls__take_relaxed(ctx);
+        ctx->work.kept = false;
         ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
     case SPRINGLS__RELAX_COVERED:
     default:
@@ -15280,6 +15366,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.some_asleep = held->some_asleep;
     ctx->way = held->way;
     ctx->opposed = held->opposed;
+    ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
     held->in_use = false;
 }
@@ -15291,8 +15378,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    springls__wake_all(ctx);
-    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__rouse_moved(ctx);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
@@ -15539,8 +15626,9 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 /* Finds which bricks the rest of the sub-step works in. */
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
-    return springls__wake(ctx);
+    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
+    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
+    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
@@ -15608,7 +15696,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
@@ -21716,7 +21804,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
@@ -22047,6 +22135,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
+    ctx->neighbors_missing = true;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -22188,7 +22277,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 889 \"springls.h\"\n",
+    "#line 890 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22296,7 +22385,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1867 \"springls.h\"\n",
+    "#line 1868 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22313,6 +22402,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
+    "\n",
+    "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
+    "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
+    "\n",
+    "/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */\n",
+    "typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -22364,6 +22459,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
+    "    springls__relax_arguments relax;\n",
+    "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -22379,7 +22476,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1951 \"springls.h\"\n",
+    "#line 1960 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22469,7 +22566,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2042 \"springls.h\"\n",
+    "#line 2051 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22545,7 +22642,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2119 \"springls.h\"\n",
+    "#line 2128 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22566,7 +22663,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2141 \"springls.h\"\n",
+    "#line 2150 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22581,7 +22678,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2157 \"springls.h\"\n",
+    "#line 2166 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22705,7 +22802,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2281 \"springls.h\"\n",
+    "#line 2290 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22731,7 +22828,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2308 \"springls.h\"\n",
+    "#line 2317 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -22931,7 +23028,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2509 \"springls.h\"\n",
+    "#line 2518 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22946,7 +23043,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2524 \"springls.h\"\n",
+    "#line 2533 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23070,14 +23167,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2648 \"springls.h\"\n",
+    "#line 2657 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2656 \"springls.h\"\n",
+    "#line 2665 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23089,7 +23186,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2668 \"springls.h\"\n",
+    "#line 2677 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23104,7 +23201,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2684 \"springls.h\"\n",
+    "#line 2693 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23148,7 +23245,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2728 \"springls.h\"\n",
+    "#line 2737 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23163,7 +23260,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2743 \"springls.h\"\n",
+    "#line 2752 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23207,7 +23304,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2787 \"springls.h\"\n",
+    "#line 2796 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23286,7 +23383,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2866 \"springls.h\"\n",
+    "#line 2875 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23301,7 +23398,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2882 \"springls.h\"\n",
+    "#line 2891 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23368,7 +23465,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2949 \"springls.h\"\n",
+    "#line 2958 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23383,7 +23480,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2964 \"springls.h\"\n",
+    "#line 2973 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23450,7 +23547,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3032 \"springls.h\"\n",
+    "#line 3041 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -23741,13 +23838,6 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks phi as synced with particle i: stores its place. */\n",
-    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    model->set.synced_position[i] = model->set.s[i].p;\n",
-    "}\n",
-    "\n",
     "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -23794,7 +23884,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3377 \"springls.h\"\n",
+    "#line 3379 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24231,6 +24321,44 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */\n",
+    "SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];\n",
+    "}\n",
+    "\n",
+    "/* Marks phi as synced with particle i, unless it is asleep: stores its place. */\n",
+    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a particle is out of reach of the springls that are awake. */\n",
+    "SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when active brick i is asleep, and copies its phi to phi_next. */\n",
+    "SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row, v;\n",
+    "    if (!g->some_asleep || g->awake[g->active[i]]) return false;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
     "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
     "{\n",
@@ -24251,7 +24379,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3835 \"springls.h\"\n",
+    "#line 3875 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24427,7 +24555,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4012 \"springls.h\"\n",
+    "#line 4052 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24600,7 +24728,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4186 \"springls.h\"\n",
+    "#line 4226 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24719,7 +24847,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4306 \"springls.h\"\n",
+    "#line 4346 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -24868,7 +24996,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4455 \"springls.h\"\n",
+    "#line 4495 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24883,7 +25011,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4471 \"springls.h\"\n",
+    "#line 4511 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25213,7 +25341,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4801 \"springls.h\"\n",
+    "#line 4841 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25228,7 +25356,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4816 \"springls.h\"\n",
+    "#line 4856 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25558,7 +25686,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5146 \"springls.h\"\n",
+    "#line 5186 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25575,7 +25703,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5686 \"springls.h\"\n",
+    "#line 5728 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25601,7 +25729,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5713 \"springls.h\"\n",
+    "#line 5755 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25687,7 +25815,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5800 \"springls.h\"\n",
+    "#line 5842 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -25815,7 +25943,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5929 \"springls.h\"\n",
+    "#line 5971 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -25904,12 +26032,18 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* The first edge of a springl whose neighbors have not been found: it was asleep. */\n",
+    "#define SPRINGLS__NOT_FOUND (-2)\n",
+    "\n",
+    "/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */\n",
     "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)args;\n",
-    "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;\n",
+    "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
+    "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6024 \"springls.h\"\n",
+    "#line 6072 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -25986,7 +26120,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
+    "    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
@@ -26056,17 +26190,17 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
-    "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    bool thin = model->params.keep_thin != 0;\n",
+    "    bool thin = model->params.keep_thin != 0, buried, distant;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->set.mask[i]) return;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
+    "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
+    "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
     "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
@@ -26120,14 +26254,457 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
+    "/* Makes springl i undecided unless it is removed already, of the mask or asleep. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6243 \"springls.h\"\n",
+    "#line 6291 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
+    "\n",
+    "typedef struct springls__relax_rule {\n",
+    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
+    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
+    "    float sharpness;                 /* lambda_c                                 */\n",
+    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
+    "} springls__relax_rule;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
+    "{\n",
+    "    springls__relax_rule rule;\n",
+    "    rule.rest = 2.0f * params->particle_radius;\n",
+    "    rule.radius = params->neighbor_radius;\n",
+    "    rule.d_max = params->d_max;\n",
+    "    rule.kappa_int = params->kappa_int;\n",
+    "    rule.kappa_ext = params->kappa_ext;\n",
+    "    rule.sharpness = params->sharpness;\n",
+    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
+    "    rule.step_rotation = params->relax_step_rotation;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
+    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
+    "    return rule;\n",
+    "}\n",
+    "\n",
+    "#line 6321 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 6337 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 6506 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 6521 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 6690 \"springls.h\"\n",
+    "\n",
+    "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
+    "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is\n",
+    "   asleep. */\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);\n",
+    "    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        bool all = true;\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);\n",
+    "        if (all) springls__vec_relax_springl(model, rule, begin);\n",
+    "        else\n",
+    "            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
+    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
+    "    (void)args;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    model->set.s[i] = springls__reversed(s);\n",
+    "}\n",
+    "#line 6736 \"springls.h\"\n",
     "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
     "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
     "\n",
@@ -26145,7 +26722,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    int m;\n",
     "    (void)args;\n",
-    "    if (!model->set.mask[i])\n",
+    "    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))\n",
     "        for (m = 0; m < 3; m++)\n",
     "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
     "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
@@ -26242,7 +26819,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 n, u, v;\n",
     "    springls__share share;\n",
-    "    (void)args;\n",
+    "    if (springls__is_asleep(model, i)) {\n",
+    "        springls__keep_asleep(model, args, i);\n",
+    "        return;\n",
+    "    }\n",
     "    if (!model->set.mask[i]) {\n",
     "        n = springls__facing(model, s);\n",
     "        u = springls__first_arm(s, n);\n",
@@ -26253,7 +26833,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 6370 \"springls.h\"\n",
+    "#line 6866 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -26329,7 +26909,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6447 \"springls.h\"\n",
+    "#line 6943 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26344,7 +26924,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6462 \"springls.h\"\n",
+    "#line 6958 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26359,7 +26939,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6478 \"springls.h\"\n",
+    "#line 6974 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26370,7 +26950,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6489 \"springls.h\"\n",
+    "#line 6985 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26385,7 +26965,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6504 \"springls.h\"\n",
+    "#line 7000 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26396,7 +26976,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6515 \"springls.h\"\n",
+    "#line 7011 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -26499,7 +27079,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6619 \"springls.h\"\n",
+    "#line 7115 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -26931,9 +27511,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool candidate = false;\n",
+    "    bool candidate = false, asleep = springls__is_asleep(model, i);\n",
     "    int other;\n",
-    "    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
     "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
     "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
@@ -26954,6 +27534,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */\n",
     "    int k;\n",
     "    (void)args;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
@@ -26974,11 +27555,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];\n",
     "    int m;\n",
     "    (void)args;\n",
-    "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
+    "    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7099 \"springls.h\"\n",
+    "#line 7596 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27085,7 +27666,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7207 \"springls.h\"\n",
+    "#line 7704 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -27168,8 +27749,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__seed seed = springls__seed_beside(model, i);\n",
+    "    springls__seed seed;\n",
     "    (void)args;\n",
+    "    springls__seed_action(model)[i] = SPRINGLS__REMOVE;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
+    "    seed = springls__seed_beside(model, i);\n",
     "    springls__seeds(model)[i] = seed;\n",
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
@@ -27224,7 +27808,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7347 \"springls.h\"\n",
+    "#line 7847 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -27413,7 +27997,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7537 \"springls.h\"\n",
+    "#line 8037 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -27476,6 +28060,11 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t count = 0u;\n",
     "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {\n",
+    "        for (row = model->group.item; row < 81; row += model->group.items)\n",
+    "            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        return;\n",
+    "    }\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
     "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
@@ -27535,7 +28124,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7660 \"springls.h\"\n",
+    "#line 8165 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -27544,11 +28133,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
-    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7674 \"springls.h\"\n",
+    "#line 8179 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -27562,6 +28151,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
     "    (void)args;\n",
+    "    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
@@ -27912,6 +28502,7 @@ static const char *const springls__kernel_lines[] = {
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
@@ -27966,7 +28557,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8093 \"springls.h\"\n",
+    "#line 8600 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -28091,6 +28682,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
@@ -28117,441 +28709,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8245 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
-    "\n",
-    "typedef struct springls__relax_rule {\n",
-    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
-    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
-    "    float sharpness;                 /* lambda_c                                 */\n",
-    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    springls_threshold threshold;    /* H                                         */\n",
-    "    springls_weight weight;          /* W                                         */\n",
-    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
-    "} springls__relax_rule;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
-    "{\n",
-    "    springls__relax_rule rule;\n",
-    "    rule.rest = 2.0f * params->particle_radius;\n",
-    "    rule.radius = params->neighbor_radius;\n",
-    "    rule.d_max = params->d_max;\n",
-    "    rule.kappa_int = params->kappa_int;\n",
-    "    rule.kappa_ext = params->kappa_ext;\n",
-    "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
-    "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = params->threshold;\n",
-    "    rule.weight = params->weight;\n",
-    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
-    "    return rule;\n",
-    "}\n",
-    "\n",
-    "#line 8275 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 8291 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 8460 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8475 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 8644 \"springls.h\"\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
-    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
-    "{\n",
-    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    int i;\n",
-    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
-    "        springls__vec_relax_springl(model, rule, begin);\n",
-    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
-    "            if (model->set.mask[i]) springls__relax_element(model, args, i);\n",
-    "    }\n",
-    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
-    "}\n",
-    "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
-    "   Springls of the mask stay as they are. */\n",
-    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
-    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
-    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    model->set.s[i] = springls__reversed(s);\n",
-    "}\n",
-    "#line 8681 \"springls.h\"\n",
+    "#line 8753 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -28622,7 +28780,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls_params *p = &model->params;\n",
     "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
-    "    return !model->set.mask[i]\n",
+    "    return !model->set.mask[i] && !springls__is_asleep(model, i)\n",
     "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
     "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
     "}\n",
@@ -28675,7 +28833,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8806 \"springls.h\"\n",
+    "#line 8878 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -28708,13 +28866,6 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
     "    (void)args;\n",
     "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
-    "}\n",
-    "\n",
-    "/* Returns the slot of the brick that a place lies in. */\n",
-    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
-    "{\n",
-    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
-    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
@@ -28766,7 +28917,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8898 \"springls.h\"\n",
+    "#line 8963 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -28997,6 +29148,7 @@ static const char *const springls__kernel_lines[] = {
     "    int row;\n",
     "    (void)args;\n",
     "    if (model->group.item == 0) *candidates = 0;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
@@ -29020,6 +29172,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -29121,6 +29274,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float max_neighbors = (float)(max_voxels - 1);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        float beside[8];\n",
@@ -29133,7 +29287,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9266 \"springls.h\"\n",
+    "#line 9334 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -29230,7 +29384,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9364 \"springls.h\"\n",
+    "#line 9432 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29306,7 +29460,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9441 \"springls.h\"\n",
+    "#line 9509 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29542,7 +29696,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9678 \"springls.h\"\n",
+    "#line 9746 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29567,7 +29721,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9704 \"springls.h\"\n",
+    "#line 9772 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29826,7 +29980,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9964 \"springls.h\"\n",
+    "#line 10032 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -29923,7 +30077,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 29927 \"springls.h\"\n",
+    "#line 30081 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
