@@ -194,7 +194,7 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
                                                           springls__share share, float longest_edge)
 {
     const float overlap = 1.04f; /* area of the triangle over that of the share */
-    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
+    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
     const float highest = 0.1f;  /* voxel */
     float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */
     float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
