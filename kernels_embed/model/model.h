@@ -300,13 +300,6 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks phi as synced with particle i: stores its place. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.synced_position[i] = model->set.s[i].p;
-}
-
 /* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {

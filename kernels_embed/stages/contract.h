@@ -81,7 +81,7 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
 /* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
@@ -151,17 +151,17 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool buried = model->params.project_level_set && springls__is_buried(model, s);
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    bool thin = model->params.keep_thin != 0;
+    bool thin = model->params.keep_thin != 0, buried, distant;
     *action = SPRINGLS__KEEP;
-    if (model->set.mask[i]) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i)) return;
+    buried = model->params.project_level_set && springls__is_buried(model, s);
+    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
@@ -215,12 +215,12 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, or of the mask. */
+/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 
 #endif

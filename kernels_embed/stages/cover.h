@@ -6,6 +6,7 @@
 #include "../language/simd.h"
 #include "../model/model.h"
 #include "contract.h"
+#include "relax.h"
 #include "resample.h"
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
@@ -25,7 +26,7 @@ SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model
     springls__springl s = model->set.s[i];
     springls__v3 n;
     (void)args;
-    if (!model->set.mask[i]) {
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {
         n = springls__facing(model, s);
         s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);
     }
@@ -212,7 +213,10 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
     const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
-    (void)args;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);

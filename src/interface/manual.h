@@ -38,13 +38,14 @@
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+     1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
+        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx).
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
+        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -62,6 +63,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
+                              lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -351,14 +354,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
-   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
-   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
-   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. Bricks of
+   8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps. Steps of
+   SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all sleep and nothing
+   moves, a step ends after advect and takes no time to speak of. Awake, springls at rest would go on turning as they relax, by which
+   phi moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
-     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+     - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
 
    EVENTS

@@ -154,14 +154,16 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
 typedef struct springls__param {
-    const char *name;
+    const char *name, *fault;
     size_t offset;
     bool real;
     float low, high;
 } springls__param;
 
-#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
-#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -182,14 +184,15 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns the name of the first member that is out of range, or NULL. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
+    if (p->cookie != SPRINGLS__COOKIE) 
+        return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
-        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
-    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
+    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
 }
 
 #endif

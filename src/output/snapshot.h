@@ -418,7 +418,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
@@ -749,6 +749,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
+    ctx->neighbors_missing = true;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)

@@ -125,6 +125,7 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
+    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -208,6 +209,7 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
+    bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
     int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */

@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
+#include "arrays.h"
 #include "errors.h"
 #include "kernel_table.h"
 #include "parallel.h"
@@ -18,10 +19,11 @@ SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
+#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats)                                                                       \
+    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
 };
@@ -29,7 +31,54 @@ static const springls__kernel_info springls__kernels[] = {
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end);
+    run->kernel->range(&run->ctx->model, run->args, begin, end, NULL);
+}
+
+/* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
+
+enum { SPRINGLS__MEMORY_LANES = 64 };
+
+typedef struct springls__lane_part { const springls__kernel_run *run; int first, count, lanes; } springls__lane_part;
+
+/* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
+SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
+{
+#if defined(_OPENMP)
+    (void)ctx;
+    return springls__imin(count, SPRINGLS__MEMORY_LANES);
+#else
+    return ctx->desc.tasks.parallel_for ? springls__imin(count, SPRINGLS__MEMORY_LANES) : springls__imin(count, 1);
+#endif
+}
+
+/* Makes room for the lanes of a kernel that needs memory. */
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, springls__kernel kernel, int count)
+{
+    size_t floats = (size_t)springls__kernels[kernel].floats;
+    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
+}
+
+SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    const springls__kernel_run *run = part->run;
+    for (; begin < end; begin++) {
+        int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
+        int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
+        float *memory = springls__lane_memory(&run->ctx->model) + (size_t)begin * (size_t)run->kernel->floats;
+        run->kernel->range(&run->ctx->model, run->args, first, last, memory);
+    }
+}
+
+/* Runs a kernel over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
+SPRINGLS__FN void springls__run_lanes(const springls__kernel_run *run, int first, int count)
+{
+    springls__lane_part part;
+    part.run = run;
+    part.first = first;
+    part.count = count;
+    part.lanes = springls__lane_count(run->ctx, count);
+    springls__parallel(run->ctx, part.lanes, 1, springls__lane_task, &part);
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
@@ -69,7 +118,8 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+    if (run.kernel->floats) springls__run_lanes(&run, 0, count);
+    else springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */

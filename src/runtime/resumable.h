@@ -58,13 +58,20 @@ SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
     loop->task(loop->arg, loop->next + begin, loop->next + end);
 }
 
+/* Runs the next n elements of the loop. */
+SPRINGLS__FN void springls__run_next(springls_context *ctx, int n)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    if (loop->task == springls__range_task && loop->kernel.kernel->floats) springls__run_lanes(&loop->kernel, loop->next, n);
+    else springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
+    loop->next += n;
+}
+
 /* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
-    if (!springls__in_loop(ctx)) return;
-    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
-    loop->next = loop->count;
+    if (springls__in_loop(ctx)) springls__run_next(ctx, loop->count - loop->next);
 }
 
 /* Grains in the smallest piece: a few, so that a few threads share it. */
@@ -78,8 +85,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
     if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
     n = springls__imin(n, rest);
-    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
-    loop->next += n;
+    springls__run_next(ctx, n);
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 

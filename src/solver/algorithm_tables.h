@@ -238,8 +238,9 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 /* Finds which bricks the rest of the sub-step works in. */
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
-    return springls__wake(ctx);
+    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
+    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
+    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
@@ -307,7 +308,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \

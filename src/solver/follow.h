@@ -10,6 +10,7 @@
 #include "../runtime/stage_clock.h"
 #include "../model/host_access.h"
 #include "../stages/project.h"
+#include "../stages/sleep.h"
 
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
@@ -69,6 +70,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->model.grid.some_asleep = held->some_asleep;
     ctx->way = held->way;
     ctx->opposed = held->opposed;
+    ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
     held->in_use = false;
 }
@@ -80,8 +82,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    springls__wake_all(ctx);
-    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__rouse_moved(ctx);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);

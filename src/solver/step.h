@@ -72,10 +72,9 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
-        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
+    if (!step) return springls__fail_null(ctx, "step", "the description");
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -100,9 +99,10 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done) return springls__fail_null(ctx, "step_continue", "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;

@@ -18,6 +18,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
                                                      springls__field *field)
 {
     double inverse[12], product;
+    const char *fault;
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
@@ -29,8 +30,8 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         }
         return SPRINGLS_OK;
     }
-    if (!springls__grid_transform(&given->grid, NULL, inverse))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the grid of a sampled field has a bad size, spacing or direction");
+    fault = springls__grid_transform(&given->grid, NULL, inverse);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "of a sampled field %s", fault);
     for (axis = 0; axis < 3; axis++) {
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
@@ -42,29 +43,67 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
+enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
+
+/* A batch as callbacks get it: in world units where forces->world_units is set. */
+typedef struct springls__given_batch {
+    springls_batch batch;
+    float points[3 * SPRINGLS__ADVECT_BLOCK], normals[3 * SPRINGLS__ADVECT_BLOCK], correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+} springls__given_batch;
+
+/* Returns the batch that callbacks get. */
+SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, const springls_batch *batch,
+                                                   springls__given_batch *world)
+{
+    int i;
+    if (!motion->forces.world_units) return batch;
+    world->batch = *batch;
+    world->batch.points = world->points;
+    world->batch.normals = world->normals;
+    world->batch.correspondences = world->correspondences;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), world->points + 3 * i);
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->correspondences + 3 * i), world->correspondences + 3 * i);
+        world->normals[3 * i] = n.x;
+        world->normals[3 * i + 1] = n.y;
+        world->normals[3 * i + 2] = n.z;
+    }
+    return &world->batch;
+}
+
+/* Returns a velocity of a callback or a sampled field in voxels. */
+SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
+{
+    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    if (!motion->forces.world_units) return springls__load3(v);
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
 
 /* Writes sigma of eq. 1 at the points of a batch. */
 SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    springls__given_batch world;
+    const springls_batch *given = springls__given(motion, batch, &world);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, batch, buffer);
+        forces->velocity_batch(forces->user, given, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__taken(motion, buffer), motion->rule.velocity_weight);
     }
 }
 
@@ -73,15 +112,18 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
 {
     const springls_forces *forces = &motion->forces;
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK]; /* what a speed of 1 along them is, voxels */
+    springls__given_batch world;
+    const springls_batch *given = springls__given(motion, batch, &world);
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i, count = batch->count;
+    for (i = 0; i < count; i++) normals[i] = springls__taken(motion, given->normals + 3 * i);
     if (forces->pressure) {
-        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, batch, buffer);
+        forces->pressure_batch(forces->user, given, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -92,9 +134,9 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], springls__load3(batch->normals + 3 * i),
                                                                  motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
         }
     }
 }
@@ -103,15 +145,14 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
 SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
                                        springls__v3 *slope)
 {
-    int i, m;
+    int i, k, m;
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
-            springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
-                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
-                                               A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
+            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
+            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
         }
 }
 
@@ -126,7 +167,7 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
-           || forces->affine_batch || forces->curvature_weight != 0.0f;
+           || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
 }
 
 /* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
@@ -150,6 +191,8 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
     const springls_forces *forces = &motion->forces;
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
     float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    springls__given_batch world;
+    const springls_batch *given;
     int i, m, count = batch->count;
     springls__particle_flow(motion, batch, x, time, normals, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
@@ -168,12 +211,13 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batc
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     springls__batch_points(batch, x, 0);
+    given = springls__given(motion, batch, &world);
     if (forces->affine) {
-        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        forces->affine(forces->user, given->points, given->correspondences, count, time, affine);
         springls__add_affine(motion, affine, x, count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, batch, affine);
+        forces->affine_batch(forces->user, given, affine);
         springls__add_affine(motion, affine, x, count, slope);
     }
 }
@@ -270,8 +314,10 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (lower[k] > upper[k])
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
     motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
@@ -291,6 +337,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
@@ -375,6 +422,7 @@ SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (forces->world_units) return false;
     if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;

@@ -80,10 +80,13 @@ FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
 FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__arguments args)
 {
     springls__model model = ctx->model;
+    float *lane;
 #define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
-    springls__kernels[kernel].range(&model, args, 0, count);
+    lane = (float *)malloc((size_t)springls__kernels[kernel].floats * sizeof *lane + 1);
+    springls__kernels[kernel].range(&model, args, 0, count, lane);
+    free(lane);
 }
 
 FIXTURE size_t parity_first_difference(const void *a, const void *b, size_t bytes)
