@@ -262,20 +262,22 @@
 
    COVERAGE
 
-   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
-   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
-   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
-   with the surface. A triangle's edges stay below split_edge: where springls are
-   further apart, fill_gaps adds some.
+   With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
+   1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
+   neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
+   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
+   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
+   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
+   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
+   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge: where springls are further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
-   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
-   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
-   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
-   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
+   cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
+   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Triangles about scattered particles
+   leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
+   the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
+   corners of triangles stick out beyond edges.
 
 
    SHARP EDGES
