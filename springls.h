@@ -39,18 +39,18 @@
      >>cover:kernel         kernels_embed/stages/cover.h
      >>relax:kernel         kernels_embed/stages/relax.h
      >>relax_body:kernel    kernels_embed/stages/relax_body.h
-     >>evolve:kernel        kernels_embed/stages/evolve.h
-     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
-     >>project:kernel       kernels_embed/stages/project.h
-     >>project_body:kernel  kernels_embed/stages/project_body.h
+     >>resample:kernel      kernels_embed/stages/resample.h
      >>track:kernel         kernels_embed/stages/track.h
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
+     >>project:kernel       kernels_embed/stages/project.h
+     >>project_body:kernel  kernels_embed/stages/project_body.h
+     >>evolve:kernel        kernels_embed/stages/evolve.h
+     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
      >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
-     >>resample:kernel      kernels_embed/stages/resample.h
      >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
@@ -386,20 +386,22 @@
 
    COVERAGE
 
-   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
-   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
-   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
-   with the surface. A triangle's edges stay below split_edge: where springls are
-   further apart, fill_gaps adds some.
+   With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
+   1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
+   neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
+   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
+   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
+   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
+   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
+   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge: where springls are further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
-   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
-   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
-   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
-   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
+   cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
+   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Triangles about scattered particles
+   leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
+   the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
+   corners of triangles stick out beyond edges.
 
    SHARP EDGES
 
@@ -6732,213 +6734,6 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     model->set.s[i] = springls__reversed(s);
 }
 
-/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
-/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
-   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
-
-/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
-#define SPRINGLS__SHARE_DIRECTIONS 6
-
-/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
-typedef struct springls__share { float area, cosine, sine; } springls__share;
-
-/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
-   turn it too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float arm = 0.45f; /* voxel */
-    springls__springl s = model->set.s[i];
-    int m;
-    (void)args;
-    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))
-        for (m = 0; m < 3; m++)
-            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
-    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
-}
-
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
-   count. */
-typedef struct springls__cell_sides {
-    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
-} springls__cell_sides;
-
-SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
-SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
-
-/* Cuts off what lies beyond the line x X + y Y = 1. */
-SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
-{
-    int j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
-        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
-        springls__vec line = cosine * x + sine * y;
-        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
-        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
-    }
-    return sides;
-}
-
-/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
-   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
-SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
-{
-    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
-    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
-    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
-    springls__cell_sides sides;
-    springls__share share;
-    int k, j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
-    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        SPRINGLS__GLOBAL const springls__springl *o;
-        springls__v3 d, area2;
-        float facing, near2;
-        if (codes[k] < 0) { /* skips the rest of a vertex's list */
-            k |= SPRINGLS__MAX_NEIGHBORS - 1;
-            continue;
-        }
-        o = &model->set.s[codes[k] / 3];
-        area2 = springls__tri_area2(springls__springl_tri(*o));
-        facing = springls__dot(area2, n);
-        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
-        d = springls__sub(o->p, p);
-        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
-    }
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
-        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
-    }
-    share.area = 0.0f;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        share.area += ahead[j] + behind[j];
-        odd[j] = ahead[j] - behind[j];
-    }
-    share.cosine = odd[0] - odd[2] + odd[4];
-    share.sine = odd[1] - odd[3] + odd[5];
-    return share;
-}
-
-/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
-SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
-{
-    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
-    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
-    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
-    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
-}
-
-/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
-SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
-{
-    float along = springls__sqrt(c * c + s * s) + c;
-    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
-}
-
-/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float overlap = 1.04f; /* area of the triangle over that of the share */
-    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
-    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
-    springls__springl s = model->set.s[i];
-    springls__v3 n, u, v;
-    springls__share share;
-    if (springls__is_asleep(model, i)) {
-        springls__keep_asleep(model, args, i);
-        return;
-    }
-    if (!model->set.mask[i]) {
-        n = springls__facing(model, s);
-        u = springls__first_arm(s, n);
-        v = springls__cross(n, u);
-        share = springls__share_of(model, i, u, v);
-        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
-        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
-    }
-    springls__relaxed_springls(model)[i] = s;
-}
-
-/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
-
-/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
-{
-    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
-    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
-    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
-    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
-    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
-    float g2 = x * x + y * y + z * z;
-    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
-                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
-    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
-}
-
-/* Returns f times the upwind difference of phi along one axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
-{
-    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
-                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
-    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-}
-
-/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i);
-        springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside)) {
-            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-            c = springls__vec_select(inside, next, c);
-        }
-        springls__vec_store(out + i, c);
-    }
-}
-
-/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
-                                              SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
-    float block[27];
-    int row, x, d;
-    (void)args;
-    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
-    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        int at = springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        springls__evolve_row(phi + at, omega + at, width, step, out);
-        for (x = 0; x < 8 && lambda != 0.0f; x++) {
-            if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
-            out[x] += step * lambda * springls__curvature_motion(block);
-        }
-    }
-}
-
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
@@ -7698,6 +7493,429 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
 {
     (void)args;
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
+}
+
+/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
+/* resample.h - splitting at the longest edge (section 4.6). */
+
+/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
+SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+{
+    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
+    float ca = springls__length2(springls__sub(t.a, t.c));
+    if (ab >= bc && ab >= ca) return 0;
+    return bc >= ca ? 1 : 2;
+}
+
+SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+{
+    return springls__max(springls__length2(springls__sub(t.b, t.a)),
+                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+}
+
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
+   orientation. */
+SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+{
+    int edge = springls__longest_edge(t);
+    springls__tri turned = t, child;
+    springls__v3 middle;
+    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
+    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
+    middle = springls__lerp(turned.a, turned.b, 0.5f);
+    child.a = second ? middle : turned.a;
+    child.b = second ? turned.b : middle;
+    child.c = turned.c;
+    return child;
+}
+
+/* Half of a springl that is split. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
+
+/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
+SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
+    child.a = model->set.a[i];
+    child.error = 0.0f;
+    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    if (!fit.ok) return child;
+    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+    child.s.p = fit.point;
+    child.s = springls__springl_finished(child.s);
+    child.a = springls__project_on_original(model, fit.a);
+    return child;
+}
+
+/* Makes a child of half of springl i's triangle, and estimates its error. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child = springls__place_child(model, i, second);
+    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
+    return child;
+}
+
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
+{
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i] && !springls__is_asleep(model, i)
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
+}
+
+/* Flags springl i in split_number when it is to be split. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
+}
+
+/* Returns true when springl i is to be split and among the first args.insert.count of those. */
+SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
+{
+    return springls__split_number(model)[i] < (uint32_t)args.insert.count
+        && springls__is_overgrown(model, i);
+}
+
+/* Splits springl i into halves, stored by its number. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t n = springls__split_number(model)[i];
+    if (!springls__is_split(model, i, args)) return;
+    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
+    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
+}
+
+/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t number = springls__split_number(model)[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    springls__half first, second;
+    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
+    int n = model->set.count + (int)number;
+    if (!springls__is_split(model, i, args)) return;
+    first = springls__split_halves(model)[2u * number];
+    second = springls__split_halves(model)[2u * number + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
+    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[n] = model->set.birth[i];
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.error[i] = first.error;
+    model->set.error[n] = second.error;
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
+/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the
+   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
+
+/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
+SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+{
+    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
+    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
+    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
+    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+}
+
+/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
+   share reach across creases, and turn it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float area = 0.263055214f; /* voxel^2, with arms of 0.45 voxel */
+    springls__springl s = model->set.s[i];
+    springls__v3 n;
+    (void)args;
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {
+        n = springls__facing(model, s);
+        s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
+}
+
+/* A springl's share of the surface in its tangent plane, as a place x + i y about the particle. */
+typedef struct springls__share {
+    float area;             /* voxel^2                                                          */
+    float x, y;             /* centroid, voxel                                                  */
+    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */
+    float cosine, sine;     /* third harmonic about the centroid: the corners                   */
+    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
+} springls__share;
+
+/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest side,
+   1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */
+SPRINGLS__CONST float springls__share_harmonics[7][8] = {
+    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },
+    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },
+    { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f },
+    { 1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f, 0.0f, 0.0f },
+    { 0.0f, 0.866025404f, 0.866025404f, 0.0f, -0.866025404f, -0.866025404f, 0.0f, 0.0f },
+    { 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f },
+    { 0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f }
+};
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_harmonics[1] + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_harmonics[2] + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
+/* A power of the cell's width in six directions. */
+typedef struct springls__cell_power { springls__vec of[8 / SPRINGLS__LANES]; } springls__cell_power;
+
+/* Sums one over the directions, times a row of the harmonics. */
+SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, int row)
+{
+    float product[8];
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++)
+        springls__vec_store(product + j * SPRINGLS__LANES,
+                            power.of[j] * springls__vec_load(springls__share_harmonics[row] + j * SPRINGLS__LANES));
+    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
+}
+
+/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the sum of
+   width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
+{
+    const float angle = 0.523598776f;
+    springls__cell_power second, third, fourth, fifth;
+    springls__share share;
+    float mean, x, y, xx, xy, spread, scale;
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec a = 1.0f / sides.ahead[j], a2 = a * a, b = 1.0f / sides.behind[j], b2 = b * b;
+        second.of[j] = a2 + b2;
+        third.of[j] = a2 * a - b2 * b;
+        fourth.of[j] = a2 * a2 + b2 * b2;
+        fifth.of[j] = a2 * a2 * a - b2 * b2 * b;
+    }
+    share.area = angle / 2.0f * springls__sum_directions(second, 0);
+    mean = angle / share.area;
+    x = share.x = mean / 3.0f * springls__sum_directions(third, 1);
+    y = share.y = mean / 3.0f * springls__sum_directions(third, 2);
+    spread = mean / 4.0f * springls__sum_directions(fourth, 0) - (x * x + y * y);
+    xx = mean / 4.0f * springls__sum_directions(fourth, 3) - (x * x - y * y);
+    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;
+    share.longer = xx / spread;
+    share.askew = xy / spread;
+    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */
+    scale = 1.0f / (spread * springls__sqrt(spread));
+    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);
+    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
+    share.cosine *= scale;
+    share.sine *= scale;
+    share.bend = 0.0f;
+    return share;
+}
+
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+{
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    springls__cell_sides sides;
+    springls__share share;
+    float heights = 0.0f, squares = 1e-6f;
+    int k, j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, cosine2, height, d2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        cosine2 = facing * facing / springls__max(springls__length2(area2), 1e-12f);
+        if (facing < 0.0f && cosine2 >= opposite2) continue;
+        d = springls__sub(o->p, p);
+        d2 = springls__max(springls__length2(d), 1e-6f);
+        if (facing > 0.0f) {
+            height = springls__dot(d, n);
+            heights += cosine2 * height;
+            squares += cosine2 * (d2 - height * height);
+        }
+        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));
+    }
+    share = springls__share_of_cell(sides);
+    share.bend = heights / squares;
+    return share;
+}
+
+/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+{
+    float along = springls__sqrt(c * c + s * s) + c;
+    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+}
+
+/* Returns q, stretched about the centre as the share is, at the same area. */
+SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+                                                 springls__share share)
+{
+    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
+    springls__v3 e = springls__scale(springls__sub(q, centre), scale);
+    float x = springls__dot(e, u), y = springls__dot(e, v);
+    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);
+}
+
+/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */
+SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)
+{
+    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));
+    if (l2 <= longest * longest) return t;
+    t.a = springls__lerp(centre, t.a, size);
+    t.b = springls__lerp(centre, t.b, size);
+    t.c = springls__lerp(centre, t.c, size);
+    return t;
+}
+
+/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
+   as far below the surface's corners as above its particle. */
+SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
+                                                          springls__share share, float longest_edge)
+{
+    const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
+    const float highest = 0.1f;  /* voxel */
+    float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */
+    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
+    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
+    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
+    t.a = springls__stretched(t.a, centre, u, v, share);
+    t.b = springls__stretched(t.b, centre, u, v, share);
+    t.c = springls__stretched(t.c, centre, u, v, share);
+    return springls__with_edges_below(t, centre, longest_edge);
+}
+
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
+    springls__springl s = model->set.s[i];
+    springls__v3 n, u, v;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
+    if (!model->set.mask[i]) {
+        n = springls__facing(model, s);
+        u = springls__first_arm(s, n);
+        v = springls__cross(n, u);
+        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
+}
+
+/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
+/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
+   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+{
+    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
+    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
+    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
+    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
+    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
+    float g2 = x * x + y * y + z * z;
+    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
+                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+}
+
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
+    (void)args;
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
+            out[x] += step * lambda * springls__curvature_motion(block);
+        }
+    }
 }
 
 /* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
@@ -8747,131 +8965,6 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
     (void)args;
     springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
-}
-
-/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
-/* resample.h - splitting at the longest edge (section 4.6). */
-
-/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
-SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
-{
-    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
-    float ca = springls__length2(springls__sub(t.a, t.c));
-    if (ab >= bc && ab >= ca) return 0;
-    return bc >= ca ? 1 : 2;
-}
-
-SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
-{
-    return springls__max(springls__length2(springls__sub(t.b, t.a)),
-                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
-}
-
-/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
-   orientation. */
-SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
-{
-    int edge = springls__longest_edge(t);
-    springls__tri turned = t, child;
-    springls__v3 middle;
-    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
-    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
-    middle = springls__lerp(turned.a, turned.b, 0.5f);
-    child.a = second ? middle : turned.a;
-    child.b = second ? turned.b : middle;
-    child.c = turned.c;
-    return child;
-}
-
-/* Half of a springl that is split. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
-
-/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
-   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
-SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
-{
-    springls__half child;
-    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
-    springls__fit_result fit;
-    int m;
-    child.s = springls__springl_make(t, springls__tri_centroid(t));
-    child.a = model->set.a[i];
-    child.error = 0.0f;
-    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-    if (!fit.ok) return child;
-    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-    child.s.p = fit.point;
-    child.s = springls__springl_finished(child.s);
-    child.a = springls__project_on_original(model, fit.a);
-    return child;
-}
-
-/* Makes a child of half of springl i's triangle, and estimates its error. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
-{
-    springls__half child = springls__place_child(model, i, second);
-    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
-    return child;
-}
-
-/* Returns true when springl i has grown too large, and is not kept by the mask. */
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
-{
-    const springls_params *p = &model->params;
-    springls__tri t = springls__springl_tri(model->set.s[i]);
-    return !model->set.mask[i] && !springls__is_asleep(model, i)
-        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
-            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
-}
-
-/* Flags springl i in split_number when it is to be split. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
-}
-
-/* Returns true when springl i is to be split and among the first args.insert.count of those. */
-SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
-{
-    return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, i);
-}
-
-/* Splits springl i into halves, stored by its number. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint32_t n = springls__split_number(model)[i];
-    if (!springls__is_split(model, i, args)) return;
-    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
-    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
-}
-
-/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint32_t number = springls__split_number(model)[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    springls__half first, second;
-    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
-    int n = model->set.count + (int)number;
-    if (!springls__is_split(model, i, args)) return;
-    first = springls__split_halves(model)[2u * number];
-    second = springls__split_halves(model)[2u * number + 1u];
-    model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
-    model->set.synced_position[n] = springls__sub(second.s.p, moved);
-    model->set.parent[n] = model->set.id[i];
-    springls__inherit_components(model, n, i);
-    model->set.overlapped[n] = model->set.overlapped[i];
-    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
-    model->set.birth[n] = model->set.birth[i];
-    model->set.s[i] = first.s;
-    model->set.a[i] = first.a;
-    model->set.error[i] = first.error;
-    model->set.error[n] = second.error;
-    model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
 
 /* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
@@ -22277,7 +22370,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 890 \"springls.h\"\n",
+    "#line 892 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22385,7 +22478,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1868 \"springls.h\"\n",
+    "#line 1870 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22476,7 +22569,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1960 \"springls.h\"\n",
+    "#line 1962 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22566,7 +22659,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2051 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22642,7 +22735,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2128 \"springls.h\"\n",
+    "#line 2130 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22663,7 +22756,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2150 \"springls.h\"\n",
+    "#line 2152 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22678,7 +22771,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2166 \"springls.h\"\n",
+    "#line 2168 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22802,7 +22895,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2290 \"springls.h\"\n",
+    "#line 2292 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22828,7 +22921,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2317 \"springls.h\"\n",
+    "#line 2319 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -23028,7 +23121,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2518 \"springls.h\"\n",
+    "#line 2520 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23043,7 +23136,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2533 \"springls.h\"\n",
+    "#line 2535 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23167,14 +23260,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2657 \"springls.h\"\n",
+    "#line 2659 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2665 \"springls.h\"\n",
+    "#line 2667 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23186,7 +23279,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2677 \"springls.h\"\n",
+    "#line 2679 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23201,7 +23294,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2693 \"springls.h\"\n",
+    "#line 2695 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23245,7 +23338,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2737 \"springls.h\"\n",
+    "#line 2739 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23260,7 +23353,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2752 \"springls.h\"\n",
+    "#line 2754 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23304,7 +23397,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2796 \"springls.h\"\n",
+    "#line 2798 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23383,7 +23476,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2875 \"springls.h\"\n",
+    "#line 2877 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23398,7 +23491,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2893 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23465,7 +23558,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2958 \"springls.h\"\n",
+    "#line 2960 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23480,7 +23573,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2973 \"springls.h\"\n",
+    "#line 2975 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23547,7 +23640,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3041 \"springls.h\"\n",
+    "#line 3043 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -23884,7 +23977,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3379 \"springls.h\"\n",
+    "#line 3381 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24379,7 +24472,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3875 \"springls.h\"\n",
+    "#line 3877 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24555,7 +24648,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4052 \"springls.h\"\n",
+    "#line 4054 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24728,7 +24821,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4226 \"springls.h\"\n",
+    "#line 4228 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24847,7 +24940,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4346 \"springls.h\"\n",
+    "#line 4348 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -24996,7 +25089,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4495 \"springls.h\"\n",
+    "#line 4497 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25011,7 +25104,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4511 \"springls.h\"\n",
+    "#line 4513 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25341,7 +25434,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4841 \"springls.h\"\n",
+    "#line 4843 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25356,7 +25449,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4856 \"springls.h\"\n",
+    "#line 4858 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25686,7 +25779,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5186 \"springls.h\"\n",
+    "#line 5188 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25703,7 +25796,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5728 \"springls.h\"\n",
+    "#line 5730 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25729,7 +25822,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5755 \"springls.h\"\n",
+    "#line 5757 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25815,7 +25908,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5842 \"springls.h\"\n",
+    "#line 5844 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -25943,7 +26036,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5971 \"springls.h\"\n",
+    "#line 5973 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -26043,7 +26136,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6072 \"springls.h\"\n",
+    "#line 6074 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -26261,7 +26354,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6291 \"springls.h\"\n",
+    "#line 6293 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26291,7 +26384,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6321 \"springls.h\"\n",
+    "#line 6323 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26306,7 +26399,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6337 \"springls.h\"\n",
+    "#line 6339 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26475,7 +26568,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6506 \"springls.h\"\n",
+    "#line 6508 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26490,7 +26583,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6521 \"springls.h\"\n",
+    "#line 6523 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26659,7 +26752,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6690 \"springls.h\"\n",
+    "#line 6692 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -26704,212 +26797,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6736 \"springls.h\"\n",
-    "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
-    "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
-    "\n",
-    "/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */\n",
-    "#define SPRINGLS__SHARE_DIRECTIONS 6\n",
-    "\n",
-    "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
-    "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
-    "\n",
-    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and\n",
-    "   turn it too far. A masked one keeps its own. */\n",
-    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const float arm = 0.45f; /* voxel */\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    int m;\n",
-    "    (void)args;\n",
-    "    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p))\n",
-    "        for (m = 0; m < 3; m++)\n",
-    "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
-    "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
-    "}\n",
-    "\n",
-    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not\n",
-    "   count. */\n",
-    "typedef struct springls__cell_sides {\n",
-    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
-    "} springls__cell_sides;\n",
-    "\n",
-    "SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };\n",
-    "SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };\n",
-    "\n",
-    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
-    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
-    "{\n",
-    "    int j;\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
-    "        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);\n",
-    "        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);\n",
-    "        springls__vec line = cosine * x + sine * y;\n",
-    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
-    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
-    "    }\n",
-    "    return sides;\n",
-    "}\n",
-    "\n",
-    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
-    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
-    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
-    "{\n",
-    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
-    "    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];\n",
-    "    springls__cell_sides sides;\n",
-    "    springls__share share;\n",
-    "    int k, j;\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
-    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
-    "        springls__v3 d, area2;\n",
-    "        float facing, near2;\n",
-    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
-    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
-    "            continue;\n",
-    "        }\n",
-    "        o = &model->set.s[codes[k] / 3];\n",
-    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
-    "        facing = springls__dot(area2, n);\n",
-    "        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;\n",
-    "        d = springls__sub(o->p, p);\n",
-    "        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
-    "        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);\n",
-    "    }\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
-    "        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));\n",
-    "        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));\n",
-    "    }\n",
-    "    share.area = 0.0f;\n",
-    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
-    "        share.area += ahead[j] + behind[j];\n",
-    "        odd[j] = ahead[j] - behind[j];\n",
-    "    }\n",
-    "    share.cosine = odd[0] - odd[2] + odd[4];\n",
-    "    share.sine = odd[1] - odd[3] + odd[5];\n",
-    "    return share;\n",
-    "}\n",
-    "\n",
-    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
-    "{\n",
-    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
-    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
-    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
-    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
-    "}\n",
-    "\n",
-    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
-    "{\n",
-    "    float along = springls__sqrt(c * c + s * s) + c;\n",
-    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
-    "}\n",
-    "\n",
-    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
-    "    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */\n",
-    "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 n, u, v;\n",
-    "    springls__share share;\n",
-    "    if (springls__is_asleep(model, i)) {\n",
-    "        springls__keep_asleep(model, args, i);\n",
-    "        return;\n",
-    "    }\n",
-    "    if (!model->set.mask[i]) {\n",
-    "        n = springls__facing(model, s);\n",
-    "        u = springls__first_arm(s, n);\n",
-    "        v = springls__cross(n, u);\n",
-    "        share = springls__share_of(model, i, u, v);\n",
-    "        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);\n",
-    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);\n",
-    "    }\n",
-    "    springls__relaxed_springls(model)[i] = s;\n",
-    "}\n",
-    "#line 6866 \"springls.h\"\n",
-    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
-    "\n",
-    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
-    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
-    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
-    "{\n",
-    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
-    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
-    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
-    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
-    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
-    "    float g2 = x * x + y * y + z * z;\n",
-    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
-    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
-    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Returns f times the upwind difference of phi along one axis. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
-    "}\n",
-    "\n",
-    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
-    "{\n",
-    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
-    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
-    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
-    "}\n",
-    "\n",
-    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec c = springls__vec_load(phi + i);\n",
-    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside)) {\n",
-    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
-    "            c = springls__vec_select(inside, next, c);\n",
-    "        }\n",
-    "        springls__vec_store(out + i, c);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                              SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
-    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
-    "    float block[27];\n",
-    "    int row, x, d;\n",
-    "    (void)args;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
-    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
-    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
-    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
-    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "#line 6943 \"springls.h\"\n",
+    "#line 6738 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26924,7 +26812,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6958 \"springls.h\"\n",
+    "#line 6753 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26939,7 +26827,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6974 \"springls.h\"\n",
+    "#line 6769 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26950,7 +26838,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6985 \"springls.h\"\n",
+    "#line 6780 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26965,7 +26853,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7000 \"springls.h\"\n",
+    "#line 6795 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26976,7 +26864,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7011 \"springls.h\"\n",
+    "#line 6806 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -27079,7 +26967,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7115 \"springls.h\"\n",
+    "#line 6910 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -27559,7 +27447,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7596 \"springls.h\"\n",
+    "#line 7391 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27666,7 +27554,427 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7704 \"springls.h\"\n",
+    "#line 7499 \"springls.h\"\n",
+    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
+    "\n",
+    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
+    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "{\n",
+    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
+    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
+    "    if (ab >= bc && ab >= ca) return 0;\n",
+    "    return bc >= ca ? 1 : 2;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "{\n",
+    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
+    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
+    "}\n",
+    "\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
+    "   orientation. */\n",
+    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
+    "{\n",
+    "    int edge = springls__longest_edge(t);\n",
+    "    springls__tri turned = t, child;\n",
+    "    springls__v3 middle;\n",
+    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
+    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
+    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
+    "    child.a = second ? middle : turned.a;\n",
+    "    child.b = second ? turned.b : middle;\n",
+    "    child.c = turned.c;\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Half of a springl that is split. */\n",
+    "typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;\n",
+    "\n",
+    "/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
+    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
+    "SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child;\n",
+    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
+    "    springls__fit_result fit;\n",
+    "    int m;\n",
+    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
+    "    child.a = model->set.a[i];\n",
+    "    child.error = 0.0f;\n",
+    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
+    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    if (!fit.ok) return child;\n",
+    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "    child.s.p = fit.point;\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.a = springls__project_on_original(model, fit.a);\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Makes a child of half of springl i's triangle, and estimates its error. */\n",
+    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child = springls__place_child(model, i, second);\n",
+    "    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
+    "{\n",
+    "    const springls_params *p = &model->params;\n",
+    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
+    "    return !model->set.mask[i] && !springls__is_asleep(model, i)\n",
+    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
+    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
+    "}\n",
+    "\n",
+    "/* Flags springl i in split_number when it is to be split. */\n",
+    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
+    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
+    "{\n",
+    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
+    "        && springls__is_overgrown(model, i);\n",
+    "}\n",
+    "\n",
+    "/* Splits springl i into halves, stored by its number. */\n",
+    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
+    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
+    "}\n",
+    "\n",
+    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
+    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t number = springls__split_number(model)[i];\n",
+    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
+    "    springls__half first, second;\n",
+    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
+    "    int n = model->set.count + (int)number;\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    first = springls__split_halves(model)[2u * number];\n",
+    "    second = springls__split_halves(model)[2u * number + 1u];\n",
+    "    model->set.generation[i]++;\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
+    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
+    "    model->set.s[i] = first.s;\n",
+    "    model->set.a[i] = first.a;\n",
+    "    model->set.error[i] = first.error;\n",
+    "    model->set.error[n] = second.error;\n",
+    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
+    "}\n",
+    "#line 7624 \"springls.h\"\n",
+    "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
+    "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
+    "\n",
+    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
+    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
+    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
+    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
+    "}\n",
+    "\n",
+    "/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its\n",
+    "   share reach across creases, and turn it too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float area = 0.263055214f; /* voxel^2, with arms of 0.45 voxel */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "\n",
+    "/* A springl's share of the surface in its tangent plane, as a place x + i y about the particle. */\n",
+    "typedef struct springls__share {\n",
+    "    float area;             /* voxel^2                                                          */\n",
+    "    float x, y;             /* centroid, voxel                                                  */\n",
+    "    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */\n",
+    "    float cosine, sine;     /* third harmonic about the centroid: the corners                   */\n",
+    "    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */\n",
+    "} springls__share;\n",
+    "\n",
+    "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest side,\n",
+    "   1 / voxel. Two of eight do not count. */\n",
+    "typedef struct springls__cell_sides {\n",
+    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
+    "} springls__cell_sides;\n",
+    "\n",
+    "/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */\n",
+    "SPRINGLS__CONST float springls__share_harmonics[7][8] = {\n",
+    "    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 0.866025404f, 0.866025404f, 0.0f, -0.866025404f, -0.866025404f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f }\n",
+    "};\n",
+    "\n",
+    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
+    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec cosine = springls__vec_load(springls__share_harmonics[1] + j * SPRINGLS__LANES);\n",
+    "        springls__vec sine = springls__vec_load(springls__share_harmonics[2] + j * SPRINGLS__LANES);\n",
+    "        springls__vec line = cosine * x + sine * y;\n",
+    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
+    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
+    "    }\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* A power of the cell's width in six directions. */\n",
+    "typedef struct springls__cell_power { springls__vec of[8 / SPRINGLS__LANES]; } springls__cell_power;\n",
+    "\n",
+    "/* Sums one over the directions, times a row of the harmonics. */\n",
+    "SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, int row)\n",
+    "{\n",
+    "    float product[8];\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++)\n",
+    "        springls__vec_store(product + j * SPRINGLS__LANES,\n",
+    "                            power.of[j] * springls__vec_load(springls__share_harmonics[row] + j * SPRINGLS__LANES));\n",
+    "    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);\n",
+    "}\n",
+    "\n",
+    "/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the sum of\n",
+    "   width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
+    "SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)\n",
+    "{\n",
+    "    const float angle = 0.523598776f;\n",
+    "    springls__cell_power second, third, fourth, fifth;\n",
+    "    springls__share share;\n",
+    "    float mean, x, y, xx, xy, spread, scale;\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec a = 1.0f / sides.ahead[j], a2 = a * a, b = 1.0f / sides.behind[j], b2 = b * b;\n",
+    "        second.of[j] = a2 + b2;\n",
+    "        third.of[j] = a2 * a - b2 * b;\n",
+    "        fourth.of[j] = a2 * a2 + b2 * b2;\n",
+    "        fifth.of[j] = a2 * a2 * a - b2 * b2 * b;\n",
+    "    }\n",
+    "    share.area = angle / 2.0f * springls__sum_directions(second, 0);\n",
+    "    mean = angle / share.area;\n",
+    "    x = share.x = mean / 3.0f * springls__sum_directions(third, 1);\n",
+    "    y = share.y = mean / 3.0f * springls__sum_directions(third, 2);\n",
+    "    spread = mean / 4.0f * springls__sum_directions(fourth, 0) - (x * x + y * y);\n",
+    "    xx = mean / 4.0f * springls__sum_directions(fourth, 3) - (x * x - y * y);\n",
+    "    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;\n",
+    "    share.longer = xx / spread;\n",
+    "    share.askew = xy / spread;\n",
+    "    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */\n",
+    "    scale = 1.0f / (spread * springls__sqrt(spread));\n",
+    "    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);\n",
+    "    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);\n",
+    "    share.cosine *= scale;\n",
+    "    share.sine *= scale;\n",
+    "    share.bend = 0.0f;\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
+    "{\n",
+    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
+    "    springls__cell_sides sides;\n",
+    "    springls__share share;\n",
+    "    float heights = 0.0f, squares = 1e-6f;\n",
+    "    int k, j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
+    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
+    "        springls__v3 d, area2;\n",
+    "        float facing, cosine2, height, d2;\n",
+    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
+    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
+    "            continue;\n",
+    "        }\n",
+    "        o = &model->set.s[codes[k] / 3];\n",
+    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
+    "        facing = springls__dot(area2, n);\n",
+    "        cosine2 = facing * facing / springls__max(springls__length2(area2), 1e-12f);\n",
+    "        if (facing < 0.0f && cosine2 >= opposite2) continue;\n",
+    "        d = springls__sub(o->p, p);\n",
+    "        d2 = springls__max(springls__length2(d), 1e-6f);\n",
+    "        if (facing > 0.0f) {\n",
+    "            height = springls__dot(d, n);\n",
+    "            heights += cosine2 * height;\n",
+    "            squares += cosine2 * (d2 - height * height);\n",
+    "        }\n",
+    "        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));\n",
+    "    }\n",
+    "    share = springls__share_of_cell(sides);\n",
+    "    share.bend = heights / squares;\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
+    "{\n",
+    "    float along = springls__sqrt(c * c + s * s) + c;\n",
+    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns q, stretched about the centre as the share is, at the same area. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,\n",
+    "                                                 springls__share share)\n",
+    "{\n",
+    "    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));\n",
+    "    springls__v3 e = springls__scale(springls__sub(q, centre), scale);\n",
+    "    float x = springls__dot(e, u), y = springls__dot(e, v);\n",
+    "    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);\n",
+    "}\n",
+    "\n",
+    "/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */\n",
+    "SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)\n",
+    "{\n",
+    "    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));\n",
+    "    if (l2 <= longest * longest) return t;\n",
+    "    t.a = springls__lerp(centre, t.a, size);\n",
+    "    t.b = springls__lerp(centre, t.b, size);\n",
+    "    t.c = springls__lerp(centre, t.c, size);\n",
+    "    return t;\n",
+    "}\n",
+    "\n",
+    "/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is\n",
+    "   as far below the surface's corners as above its particle. */\n",
+    "SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,\n",
+    "                                                          springls__share share, float longest_edge)\n",
+    "{\n",
+    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
+    "    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */\n",
+    "    const float highest = 0.1f;  /* voxel */\n",
+    "    float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */\n",
+    "    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);\n",
+    "    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
+    "    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
+    "    t.a = springls__stretched(t.a, centre, u, v, share);\n",
+    "    t.b = springls__stretched(t.b, centre, u, v, share);\n",
+    "    t.c = springls__stretched(t.c, centre, u, v, share);\n",
+    "    return springls__with_edges_below(t, centre, longest_edge);\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n, u, v;\n",
+    "    if (springls__is_asleep(model, i)) {\n",
+    "        springls__keep_asleep(model, args, i);\n",
+    "        return;\n",
+    "    }\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        u = springls__first_arm(s, n);\n",
+    "        v = springls__cross(n, u);\n",
+    "        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "#line 7845 \"springls.h\"\n",
+    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
+    "\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
+    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
+    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
+    "{\n",
+    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
+    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
+    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
+    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
+    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
+    "    float g2 = x * x + y * y + z * z;\n",
+    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
+    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
+    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns f times the upwind difference of phi along one axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
+    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
+    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
+    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
+    "    float block[27];\n",
+    "    int row, x, d;\n",
+    "    (void)args;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
+    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
+    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 7922 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -27808,7 +28116,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7847 \"springls.h\"\n",
+    "#line 8065 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -27997,7 +28305,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8037 \"springls.h\"\n",
+    "#line 8255 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -28124,7 +28432,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8165 \"springls.h\"\n",
+    "#line 8383 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -28137,7 +28445,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 8179 \"springls.h\"\n",
+    "#line 8397 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -28557,7 +28865,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8600 \"springls.h\"\n",
+    "#line 8818 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -28709,131 +29017,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8753 \"springls.h\"\n",
-    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
-    "\n",
-    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
-    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
-    "{\n",
-    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
-    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
-    "    if (ab >= bc && ab >= ca) return 0;\n",
-    "    return bc >= ca ? 1 : 2;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
-    "{\n",
-    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
-    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
-    "}\n",
-    "\n",
-    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
-    "   orientation. */\n",
-    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
-    "{\n",
-    "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, child;\n",
-    "    springls__v3 middle;\n",
-    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
-    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
-    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    child.a = second ? middle : turned.a;\n",
-    "    child.b = second ? turned.b : middle;\n",
-    "    child.c = turned.c;\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Half of a springl that is split. */\n",
-    "typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;\n",
-    "\n",
-    "/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
-    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
-    "SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)\n",
-    "{\n",
-    "    springls__half child;\n",
-    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
-    "    springls__fit_result fit;\n",
-    "    int m;\n",
-    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
-    "    child.a = model->set.a[i];\n",
-    "    child.error = 0.0f;\n",
-    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
-    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "    if (!fit.ok) return child;\n",
-    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "    child.s.p = fit.point;\n",
-    "    child.s = springls__springl_finished(child.s);\n",
-    "    child.a = springls__project_on_original(model, fit.a);\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Makes a child of half of springl i's triangle, and estimates its error. */\n",
-    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
-    "{\n",
-    "    springls__half child = springls__place_child(model, i, second);\n",
-    "    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
-    "{\n",
-    "    const springls_params *p = &model->params;\n",
-    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
-    "    return !model->set.mask[i] && !springls__is_asleep(model, i)\n",
-    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
-    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
-    "}\n",
-    "\n",
-    "/* Flags springl i in split_number when it is to be split. */\n",
-    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
-    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
-    "{\n",
-    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
-    "        && springls__is_overgrown(model, i);\n",
-    "}\n",
-    "\n",
-    "/* Splits springl i into halves, stored by its number. */\n",
-    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint32_t n = springls__split_number(model)[i];\n",
-    "    if (!springls__is_split(model, i, args)) return;\n",
-    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
-    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
-    "}\n",
-    "\n",
-    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
-    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint32_t number = springls__split_number(model)[i];\n",
-    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
-    "    springls__half first, second;\n",
-    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
-    "    int n = model->set.count + (int)number;\n",
-    "    if (!springls__is_split(model, i, args)) return;\n",
-    "    first = springls__split_halves(model)[2u * number];\n",
-    "    second = springls__split_halves(model)[2u * number + 1u];\n",
-    "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
-    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
-    "    model->set.parent[n] = model->set.id[i];\n",
-    "    springls__inherit_components(model, n, i);\n",
-    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
-    "    model->set.birth[n] = model->set.birth[i];\n",
-    "    model->set.s[i] = first.s;\n",
-    "    model->set.a[i] = first.a;\n",
-    "    model->set.error[i] = first.error;\n",
-    "    model->set.error[n] = second.error;\n",
-    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
-    "}\n",
-    "#line 8878 \"springls.h\"\n",
+    "#line 8971 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -28917,7 +29101,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8963 \"springls.h\"\n",
+    "#line 9056 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -29287,7 +29471,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9334 \"springls.h\"\n",
+    "#line 9427 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -29384,7 +29568,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9432 \"springls.h\"\n",
+    "#line 9525 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29460,7 +29644,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9509 \"springls.h\"\n",
+    "#line 9602 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29696,7 +29880,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9746 \"springls.h\"\n",
+    "#line 9839 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29721,7 +29905,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9772 \"springls.h\"\n",
+    "#line 9865 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29980,7 +30164,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10032 \"springls.h\"\n",
+    "#line 10125 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30077,7 +30261,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30081 \"springls.h\"\n",
+    "#line 30265 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
