@@ -11573,7 +11573,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
+enum { SPRINGLS__ADVECT_BLOCK = 16 }; /* springls in one call of a callback: few, for they lie on the stack */
 
 /* A batch as callbacks get it: in world units where forces->world_units is set. */
 typedef struct springls__given_batch {
