@@ -244,7 +244,7 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+   With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
@@ -330,7 +330,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -353,21 +353,21 @@
 
    LAZY STEPS
 
-   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
-   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
-   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
-   may move against each other.
+   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
+   phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
+   or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
+   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
+   little more than advect.
 
-     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
-       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
+       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
        topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
-       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
-     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
-       and part again within it, is lost.
+       stage called alone. Where force callbacks read the level set, set lazy_distance = 0.
+     - The results are those of steps as long as lazy_distance: what phi would do in between, as when two bodies touch and
+       part again, is lost.
 
    CURVATURE
 
@@ -394,7 +394,8 @@
    it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
    turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
    keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
-   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge: where springls are further apart, fill_gaps adds some.
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
+   where springls are further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
@@ -473,11 +474,11 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. Bricks of
-   8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps. Steps of
-   SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all sleep and nothing
-   moves, a step ends after advect and takes no time to speak of. Awake, springls at rest would go on turning as they relax, by which
-   phi moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
+   Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
+   sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
+   moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
      - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
@@ -513,8 +514,8 @@
 
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
-   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
-   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
    VOLUME LOCK
@@ -965,7 +966,7 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
-    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
+    float lazy_distance;     /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
                                 LAZY STEPS); 0: phi follows in every step, as in the paper                         */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
@@ -3071,7 +3072,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \
     X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
     X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
@@ -4758,9 +4759,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
-   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
-   correspondences so far. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
+   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
+   their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -4823,8 +4824,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
-   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
+   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
                                                 const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
                                                 const float *error)
@@ -5103,9 +5104,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
-   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
-   correspondences so far. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
+   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
+   their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -5168,8 +5169,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
-   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
+   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
                                                 const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
                                                 const float *error)
@@ -5341,19 +5342,20 @@ typedef struct springls__motion {
     springls__force_rule rule;
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
-    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
+    int *listed;            /* the springls in it, ascending; NULL: all                                         */
+    int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
-typedef struct springls__held {
-    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+typedef struct springls__saved_level_set {
+    springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     int active_count, free_count, slot_count, some_asleep;
-    float way;
+    float lag;
     bool opposed, in_use;
-} springls__held;
+} springls__saved_level_set;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
@@ -5410,7 +5412,7 @@ struct springls_context {
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
-    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -5420,10 +5422,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
-    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
-                               been moved otherwise, and phi follows in the next step                           */
+    float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
+                               they have been moved otherwise, and phi follows in the next step                 */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
-    springls__held held;
+    springls__saved_level_set saved;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
@@ -5885,8 +5887,8 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 
 /* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
    above or below its tangent plane. Those of other bodies than springl `of` do not count. */
-SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
-                                         float high)
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
+                                           float r, float high)
 {
     springls__springl s = model->set.s[other];
     springls__v3 d = springls__sub(s.p, x);
@@ -6094,11 +6096,14 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
+/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */
+#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f
+
 /* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
    `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
-    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
+    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
     u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
@@ -7657,8 +7662,8 @@ typedef struct springls__share {
     float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
 } springls__share;
 
-/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest side,
-   1 / voxel. Two of eight do not count. */
+/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
+   side, 1 / voxel. Two of eight do not count. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
@@ -7702,8 +7707,8 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the sum of
-   width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
     const float angle = 0.523598776f;
@@ -7812,7 +7817,7 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     const float overlap = 1.04f; /* area of the triangle over that of the share */
     const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
     const float highest = 0.1f;  /* voxel */
-    float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */
+    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
     float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
     springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
     springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
@@ -10928,7 +10933,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
@@ -11244,9 +11249,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
     ctx->opposed = true;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11568,7 +11573,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
+enum { SPRINGLS__ADVECT_BLOCK = 16 }; /* springls in one call of a callback: few, for they lie on the stack */
 
 /* A batch as callbacks get it: in world units where forces->world_units is set. */
 typedef struct springls__given_batch {
@@ -11618,7 +11623,8 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
         forces->velocity(forces->user, given->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+        for (i = 0; i < count; i++)
+            out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
         forces->velocity_batch(forces->user, given, buffer);
@@ -11659,8 +11665,9 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], springls__load3(batch->normals + 3 * i),
-                                                                 motion->rule.curvature_span);
+            springls__v3 n = springls__load3(batch->normals + 3 * i);
+            springls__v3 velocity =
+                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
             out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
         }
     }
@@ -11884,8 +11891,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
     for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
-                                                                         motion->rule.stage_time[k]);
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
+            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -11934,7 +11941,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest =
+        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->still = largest.value == 0.0f
@@ -12037,8 +12045,8 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
-   list. */
+/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
+   index is never below its place in the list, so nothing is overwritten before it has been taken. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -12872,7 +12880,8 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
+    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
@@ -14760,7 +14769,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
-    if (ctx->model.params.lazy_way == 0.0f) return;
+    if (ctx->model.params.lazy_distance == 0.0f) return;
     ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
 }
 
@@ -15397,26 +15406,26 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
-/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
-   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
-   changes no later bits. */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
+   uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
+   that reading changes no later bits. */
 
 /* Returns true when phi is behind the springls by lazy steps. */
-SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
 
 /* What projecting changes, but for what is found again when it is needed. */
-#define SPRINGLS__HELD_BITS                                                                                                      \
+#define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
-/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
-SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+/* Copies these arrays to saved memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
     size_t at = 0;
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         size_t bytes;
-        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        if (!springls__has_array(SPRINGLS__SAVED_BITS, array)) continue;
         bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
         if (memory && !back) {
             memcpy(memory + at, buffer->data, bytes);
@@ -15431,37 +15440,37 @@ SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, boo
 }
 
 /* Remembers the level set as the steps have left it. */
-SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
-    springls__copy_held(ctx, (char *)held->memory.data, false);
-    held->active_count = ctx->model.grid.active_count;
-    held->free_count = ctx->model.grid.free_count;
-    held->slot_count = ctx->model.grid.slot_count;
-    held->some_asleep = ctx->model.grid.some_asleep;
-    held->way = ctx->way;
-    held->opposed = ctx->opposed;
-    held->in_use = true;
+    springls__saved_level_set *saved = &ctx->saved;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_saved(ctx, (char *)saved->memory.data, false);
+    saved->active_count = ctx->model.grid.active_count;
+    saved->free_count = ctx->model.grid.free_count;
+    saved->slot_count = ctx->model.grid.slot_count;
+    saved->some_asleep = ctx->model.grid.some_asleep;
+    saved->lag = ctx->lag;
+    saved->opposed = ctx->opposed;
+    saved->in_use = true;
     return SPRINGLS_OK;
 }
 
 /* Goes back to the level set as the steps have left it: what continues from there calls this first. */
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    if (!held->in_use) return;
-    ctx->model.grid.active_count = held->active_count;
-    ctx->model.grid.free_count = held->free_count;
-    ctx->model.grid.slot_count = held->slot_count;
-    springls__copy_held(ctx, (char *)held->memory.data, true);
-    ctx->model.grid.some_asleep = held->some_asleep;
-    ctx->way = held->way;
-    ctx->opposed = held->opposed;
+    springls__saved_level_set *saved = &ctx->saved;
+    if (!saved->in_use) return;
+    ctx->model.grid.active_count = saved->active_count;
+    ctx->model.grid.free_count = saved->free_count;
+    ctx->model.grid.slot_count = saved->slot_count;
+    springls__copy_saved(ctx, (char *)saved->memory.data, true);
+    ctx->model.grid.some_asleep = saved->some_asleep;
+    ctx->lag = saved->lag;
+    ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
-    held->in_use = false;
+    saved->in_use = false;
 }
 
 /* Makes phi follow; springls stay as they are. */
@@ -15483,7 +15492,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 {
     springls_status status;
     if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__save_level_set(ctx)));
     status = springls__follow(ctx);
     if (status != SPRINGLS_OK) springls__end_reading(ctx);
     return status;
@@ -15493,7 +15502,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
     if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     return SPRINGLS_OK;
 }
 
@@ -15563,8 +15572,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
-/* Returns true when springls relax and take their shares at once. Those that cover need it on resampling passes alone while a
-   flow turns them, unless they are at edges. */
+/* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
+   instead; while a flow turns them they need it on resampling steps alone, unless they are at edges. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
     if (springls__covers_again(ctx)) return false;
@@ -15579,7 +15588,7 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     const springls_step_desc *desc = &ctx->step.desc;
     const springls_forces *forces = &ctx->step.forces;
-    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+    return params->lazy_distance > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
         && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
         && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
         && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
@@ -15597,8 +15606,8 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
     const float closely = 0.15f;
-    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+    float limit = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_distance) : ctx->model.params.lazy_distance;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->lag + 2.0f * ctx->motion.moved <= limit;
 }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -15698,11 +15707,11 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     if (springls__stays_lazy(ctx)) {
-        ctx->way += ctx->motion.moved;
+        ctx->lag += ctx->motion.moved;
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
-    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
     ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
@@ -16014,7 +16023,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 
 /* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
    that no motion is lost. No step is in progress. */
-SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
@@ -16026,10 +16035,10 @@ SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 }
 
 /* Ends the step in progress, and makes phi follow whatever has moved. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));
-    return springls__settle_written(ctx);
+    return springls__follow_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -16051,7 +16060,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__begin_change(ctx));
-    ctx->way = FLT_MAX; /* the next step is a whole one */
+    ctx->lag = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
@@ -16164,7 +16173,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -16203,7 +16212,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_way = 2.1f;
+    p.lazy_distance = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -16251,7 +16260,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -16306,7 +16315,7 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) 
+    if (p->cookie != SPRINGLS__COOKIE)
         return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
         if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
@@ -16329,7 +16338,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
-    springls__buffer_free(ctx, &ctx->held.memory);
+    springls__buffer_free(ctx, &ctx->saved.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -16348,7 +16357,8 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
 }
 
 /* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
-SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel, springls_params *params)
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel,
+                                              springls_params *params)
 {
     const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
@@ -18446,7 +18456,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->way = FLT_MAX;
+    ctx->lag = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -21043,7 +21053,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 
 /* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
 /* snapshot_format.h - the bytes of a snapshot (docs/snapshot-format.md): a head, then sections with a tag each. Numbers are
-   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by field. */
+   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by
+   field. */
 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1 };
 
@@ -21265,7 +21276,7 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, way) X(int32_t, opposed)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -21327,8 +21338,8 @@ SPRINGLS__FN springls_status springls__unknown(springls_context *ctx, const char
 }
 
 /* Reads a section of named numbers into `to`; fails when one has an unknown name. */
-SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count, const char *data,
-                                                 uint64_t bytes, void *to)
+SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count,
+                                                 const char *data, uint64_t bytes, void *to)
 {
     uint64_t i;
     for (i = 0; i < bytes / SPRINGLS__NAMED_BYTES; i++) {
@@ -21365,8 +21376,8 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none, its
-   numbers are 0. */
+/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
+   its numbers are 0. */
 typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
@@ -21409,7 +21420,8 @@ static const springls__section_info springls__section_list[] = {
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
 /* Has no value when a section has no row. */
-typedef char springls__all_sections_have_tags[(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
+typedef char springls__all_sections_have_tags
+    [(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
 
 /* A reader may skip a section with this flag that it does not know. */
 enum { SPRINGLS__SECTION_OPTIONAL = 1 };
@@ -21565,7 +21577,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->way = ctx->way;
+    s->lag = ctx->lag;
     s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
@@ -21593,7 +21605,8 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
+    springls__coder values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
@@ -21694,8 +21707,8 @@ SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 }
 
 /* Writes the block, layout->size bytes. */
-SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
-                                           char *out)
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     int section;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
@@ -21704,7 +21717,8 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section(ctx, s, layout, section, out);
     }
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -21806,7 +21820,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
-    if (!(s->way >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -21975,9 +21989,11 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
         if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
             return springls__unknown(ctx, "section", block + at, 4);
         at += SPRINGLS__SECTION_HEAD_BYTES;
-        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (bytes > size - at || springls__padded(bytes) > size - at)
+            return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
         if (section >= 0) {
-            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            if (section >= SPRINGLS__SECTIONS || layout->at[section])
+                return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
             layout->at[section] = at;
             layout->bytes[section] = bytes;
         }
@@ -22020,8 +22036,8 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
-    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
-                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED,
+                                      block + at[SPRINGLS__SECTION_PARAMS], bytes[SPRINGLS__SECTION_PARAMS], &s->params));
     fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -22213,9 +22229,9 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->way = s->way;
+    ctx->lag = s->lag;
     ctx->opposed = s->opposed != 0;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -22370,7 +22386,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 892 \"springls.h\"\n",
+    "#line 893 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22447,7 +22463,7 @@ static const char *const springls__kernel_lines[] = {
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
     "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
-    "    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
+    "    float lazy_distance;     /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
     "                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
@@ -22478,7 +22494,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1870 \"springls.h\"\n",
+    "#line 1871 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22569,7 +22585,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1962 \"springls.h\"\n",
+    "#line 1963 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22659,7 +22675,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2054 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22735,7 +22751,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2130 \"springls.h\"\n",
+    "#line 2131 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22756,7 +22772,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2152 \"springls.h\"\n",
+    "#line 2153 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22771,7 +22787,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2168 \"springls.h\"\n",
+    "#line 2169 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22895,7 +22911,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2292 \"springls.h\"\n",
+    "#line 2293 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22921,7 +22937,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2319 \"springls.h\"\n",
+    "#line 2320 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -23121,7 +23137,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2520 \"springls.h\"\n",
+    "#line 2521 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23136,7 +23152,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2536 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23260,14 +23276,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2659 \"springls.h\"\n",
+    "#line 2660 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2667 \"springls.h\"\n",
+    "#line 2668 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23279,7 +23295,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2679 \"springls.h\"\n",
+    "#line 2680 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23294,7 +23310,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2695 \"springls.h\"\n",
+    "#line 2696 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23338,7 +23354,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2739 \"springls.h\"\n",
+    "#line 2740 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23353,7 +23369,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2754 \"springls.h\"\n",
+    "#line 2755 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23397,7 +23413,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2798 \"springls.h\"\n",
+    "#line 2799 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23476,7 +23492,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2877 \"springls.h\"\n",
+    "#line 2878 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23491,7 +23507,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2893 \"springls.h\"\n",
+    "#line 2894 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23558,7 +23574,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2960 \"springls.h\"\n",
+    "#line 2961 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23573,7 +23589,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2975 \"springls.h\"\n",
+    "#line 2976 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23640,7 +23656,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3043 \"springls.h\"\n",
+    "#line 3044 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -23672,7 +23688,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \\\n",
     "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
     "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
@@ -23977,7 +23993,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3381 \"springls.h\"\n",
+    "#line 3382 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24472,7 +24488,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3877 \"springls.h\"\n",
+    "#line 3878 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24648,7 +24664,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4054 \"springls.h\"\n",
+    "#line 4055 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24821,7 +24837,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4228 \"springls.h\"\n",
+    "#line 4229 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24940,7 +24956,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4348 \"springls.h\"\n",
+    "#line 4349 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -25089,7 +25105,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4497 \"springls.h\"\n",
+    "#line 4498 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25104,7 +25120,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4513 \"springls.h\"\n",
+    "#line 4514 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25353,9 +25369,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
-    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
-    "   correspondences so far. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
+    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
+    "   their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -25418,8 +25434,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
-    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
+    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
     "                                                const float *error)\n",
@@ -25434,7 +25450,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4843 \"springls.h\"\n",
+    "#line 4844 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25449,7 +25465,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4858 \"springls.h\"\n",
+    "#line 4859 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25698,9 +25714,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
-    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
-    "   correspondences so far. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
+    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
+    "   their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -25763,8 +25779,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
-    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
+    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
     "                                                const float *error)\n",
@@ -25779,7 +25795,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5188 \"springls.h\"\n",
+    "#line 5189 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25796,7 +25812,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5730 \"springls.h\"\n",
+    "#line 5732 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25822,7 +25838,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5757 \"springls.h\"\n",
+    "#line 5759 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25908,7 +25924,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5844 \"springls.h\"\n",
+    "#line 5846 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -25953,8 +25969,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
     "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
-    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,\n",
-    "                                         float high)\n",
+    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,\n",
+    "                                           float r, float high)\n",
     "{\n",
     "    springls__springl s = model->set.s[other];\n",
     "    springls__v3 d = springls__sub(s.p, x);\n",
@@ -26036,7 +26052,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5973 \"springls.h\"\n",
+    "#line 5975 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -26136,7 +26152,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6074 \"springls.h\"\n",
+    "#line 6076 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -26160,11 +26176,14 @@ static const char *const springls__kernel_lines[] = {
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
+    "/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */\n",
+    "#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f\n",
+    "\n",
     "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction\n",
     "   `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
-    "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
+    "    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);\n",
     "    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;\n",
     "    springls__tri t;\n",
     "    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);\n",
@@ -26354,7 +26373,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6293 \"springls.h\"\n",
+    "#line 6298 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26384,7 +26403,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6323 \"springls.h\"\n",
+    "#line 6328 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26399,7 +26418,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6339 \"springls.h\"\n",
+    "#line 6344 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26568,7 +26587,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6508 \"springls.h\"\n",
+    "#line 6513 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26583,7 +26602,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6523 \"springls.h\"\n",
+    "#line 6528 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26752,7 +26771,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6692 \"springls.h\"\n",
+    "#line 6697 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -26797,7 +26816,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6738 \"springls.h\"\n",
+    "#line 6743 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26812,7 +26831,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6753 \"springls.h\"\n",
+    "#line 6758 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26827,7 +26846,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6769 \"springls.h\"\n",
+    "#line 6774 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26838,7 +26857,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6780 \"springls.h\"\n",
+    "#line 6785 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26853,7 +26872,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6795 \"springls.h\"\n",
+    "#line 6800 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26864,7 +26883,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6806 \"springls.h\"\n",
+    "#line 6811 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -26967,7 +26986,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6910 \"springls.h\"\n",
+    "#line 6915 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -27447,7 +27466,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7391 \"springls.h\"\n",
+    "#line 7396 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27554,7 +27573,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7499 \"springls.h\"\n",
+    "#line 7504 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27678,7 +27697,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7624 \"springls.h\"\n",
+    "#line 7629 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -27715,8 +27734,8 @@ static const char *const springls__kernel_lines[] = {
     "    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */\n",
     "} springls__share;\n",
     "\n",
-    "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest side,\n",
-    "   1 / voxel. Two of eight do not count. */\n",
+    "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest\n",
+    "   side, 1 / voxel. Two of eight do not count. */\n",
     "typedef struct springls__cell_sides {\n",
     "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
     "} springls__cell_sides;\n",
@@ -27760,8 +27779,8 @@ static const char *const springls__kernel_lines[] = {
     "    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);\n",
     "}\n",
     "\n",
-    "/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the sum of\n",
-    "   width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
+    "/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the\n",
+    "   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
     "SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)\n",
     "{\n",
     "    const float angle = 0.523598776f;\n",
@@ -27870,7 +27889,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
     "    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */\n",
     "    const float highest = 0.1f;  /* voxel */\n",
-    "    float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */\n",
+    "    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;\n",
     "    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);\n",
     "    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
     "    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
@@ -27898,7 +27917,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 7845 \"springls.h\"\n",
+    "#line 7850 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -27974,7 +27993,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7922 \"springls.h\"\n",
+    "#line 7927 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -28116,7 +28135,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8065 \"springls.h\"\n",
+    "#line 8070 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -28305,7 +28324,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8255 \"springls.h\"\n",
+    "#line 8260 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -28432,7 +28451,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8383 \"springls.h\"\n",
+    "#line 8388 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -28445,7 +28464,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 8397 \"springls.h\"\n",
+    "#line 8402 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -28865,7 +28884,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8818 \"springls.h\"\n",
+    "#line 8823 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -29017,7 +29036,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8971 \"springls.h\"\n",
+    "#line 8976 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -29101,7 +29120,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9056 \"springls.h\"\n",
+    "#line 9061 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -29471,7 +29490,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9427 \"springls.h\"\n",
+    "#line 9432 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -29568,7 +29587,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9525 \"springls.h\"\n",
+    "#line 9530 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29644,7 +29663,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9602 \"springls.h\"\n",
+    "#line 9607 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29880,7 +29899,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9839 \"springls.h\"\n",
+    "#line 9844 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29905,7 +29924,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9865 \"springls.h\"\n",
+    "#line 9870 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -30164,7 +30183,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10125 \"springls.h\"\n",
+    "#line 10130 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30261,7 +30280,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30265 \"springls.h\"\n",
+    "#line 30284 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -31312,9 +31331,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     status = springls__begin_reading(other);
-    if (status == SPRINGLS_OK) status = springls__settle_written(other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -31333,7 +31352,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
@@ -31495,7 +31514,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.zero_level);
@@ -31574,7 +31593,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;
     time = ctx->time;
     if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
@@ -31614,7 +31633,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }

@@ -28,11 +28,14 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
+/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */
+#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f
+
 /* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
    `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
-    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
+    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
     u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);

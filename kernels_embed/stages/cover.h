@@ -42,8 +42,8 @@ typedef struct springls__share {
     float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
 } springls__share;
 
-/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest side,
-   1 / voxel. Two of eight do not count. */
+/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
+   side, 1 / voxel. Two of eight do not count. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
@@ -87,8 +87,8 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the sum of
-   width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
     const float angle = 0.523598776f;
@@ -197,7 +197,7 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     const float overlap = 1.04f; /* area of the triangle over that of the share */
     const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
     const float highest = 0.1f;  /* voxel */
-    float area = overlap * share.area, corner2 = 0.769800359f * area; /* as in springls__equilateral */
+    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
     float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
     springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
     springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);

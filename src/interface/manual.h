@@ -116,7 +116,7 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+   With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
@@ -203,7 +203,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -227,21 +227,21 @@
 
    LAZY STEPS
 
-   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
-   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
-   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most 0.15 voxel, because their sides
-   may move against each other.
+   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
+   phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
+   or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
+   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
+   little more than advect.
 
-     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
-       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
+       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
        topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
-       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
-     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
-       and part again within it, is lost.
+       stage called alone. Where force callbacks read the level set, set lazy_distance = 0.
+     - The results are those of steps as long as lazy_distance: what phi would do in between, as when two bodies touch and
+       part again, is lost.
 
 
    CURVATURE
@@ -270,7 +270,8 @@
    it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
    turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
    keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
-   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge: where springls are further apart, fill_gaps adds some.
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
+   where springls are further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
@@ -354,11 +355,11 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. Bricks of
-   8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps. Steps of
-   SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all sleep and nothing
-   moves, a step ends after advect and takes no time to speak of. Awake, springls at rest would go on turning as they relax, by which
-   phi moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
+   Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
+   sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
+   moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
      - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
@@ -396,8 +397,8 @@
 
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
-   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
-   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
 

@@ -25,7 +25,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
-    springls__buffer_free(ctx, &ctx->held.memory);
+    springls__buffer_free(ctx, &ctx->saved.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -44,7 +44,8 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
 }
 
 /* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
-SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel, springls_params *params)
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel,
+                                              springls_params *params)
 {
     const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;

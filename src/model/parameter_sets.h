@@ -46,7 +46,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -85,7 +85,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_way = 2.1f;
+    p.lazy_distance = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -133,7 +133,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -188,7 +188,7 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) 
+    if (p->cookie != SPRINGLS__COOKIE)
         return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
         if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;

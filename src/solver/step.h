@@ -134,7 +134,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 
 /* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
    that no motion is lost. No step is in progress. */
-SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
@@ -146,10 +146,10 @@ SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 }
 
 /* Ends the step in progress, and makes phi follow whatever has moved. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));
-    return springls__settle_written(ctx);
+    return springls__follow_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }

@@ -43,7 +43,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 32 }; /* springls in one call of a callback: few, for they lie on the stack */
+enum { SPRINGLS__ADVECT_BLOCK = 16 }; /* springls in one call of a callback: few, for they lie on the stack */
 
 /* A batch as callbacks get it: in world units where forces->world_units is set. */
 typedef struct springls__given_batch {
@@ -93,7 +93,8 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
         forces->velocity(forces->user, given->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+        for (i = 0; i < count; i++)
+            out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
         forces->velocity_batch(forces->user, given, buffer);
@@ -134,8 +135,9 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], springls__load3(batch->normals + 3 * i),
-                                                                 motion->rule.curvature_span);
+            springls__v3 n = springls__load3(batch->normals + 3 * i);
+            springls__v3 velocity =
+                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
             out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
         }
     }
@@ -359,8 +361,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
     for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
-                                                                         motion->rule.stage_time[k]);
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
+            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -409,7 +411,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest =
+        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->still = largest.value == 0.0f
@@ -512,8 +515,8 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
-   list. */
+/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
+   index is never below its place in the list, so nothing is overwritten before it has been taken. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;

@@ -38,7 +38,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
-    if (ctx->model.params.lazy_way == 0.0f) return;
+    if (ctx->model.params.lazy_distance == 0.0f) return;
     ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
 }
 

@@ -22,7 +22,8 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
+    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
