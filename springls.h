@@ -8854,6 +8854,104 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
     g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
+    }
+    return faces != 0u && (faces & ~component) == 0u;
+}
+
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
+    }
+    return outside != 0u && component == outside;
+}
+
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int color = args.commit_simple.color, x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* Reverts the changes of side in phi_next that were not taken over. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)args;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
@@ -9121,6 +9219,39 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     }
 }
 
+/* ---- punctures ---- */
+
+#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
+
+/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
+   connects two parts of the outside. */
+SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at);
+    unsigned mask;
+    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
+    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
+    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+}
+
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
+{
+    springls__joint here, there;
+    int d, axis;
+    if (!springls__is_puncture(g, at)) return false;
+    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];
+    here.phi = springls__phi_of(g, at);
+    for (d = 0; d < 27; d++) {
+        there.at[0] = at[0] + d % 3 - 1;
+        there.at[1] = at[1] + d / 3 % 3 - 1;
+        there.at[2] = at[2] + d / 9 - 1;
+        there.phi = springls__phi_of(g, there.at);
+        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
+    }
+    return true;
+}
+
 /* ---- removal ---- */
 
 /* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
@@ -9199,125 +9330,29 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component, and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1);
+    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
+    const float filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), springls__max(max_neighbors, around_puncture), beside)) continue;
         for (x = 0; x < 8; x++) {
-            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels))
+            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
+            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
+                springls__next_row(g, i, row)[x] = filled;
         }
     }
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
-   used: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
-   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
-   neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int component = faces & (~faces + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
-        component &= near18;
-    }
-    return faces != 0u && (faces & ~component) == 0u;
-}
-
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int component = outside & (~outside + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
-    }
-    return outside != 0u && component == outside;
-}
-
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
-   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int color = args.commit_simple.color, x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = color >> 2; z < 8; z += 2)
-        for (y = color >> 1 & 1; y < 8; y += 2)
-            for (x = color & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
-            }
-}
-
-/* Reverts the changes of side in phi_next that were not taken over. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)args;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
@@ -28554,6 +28589,103 @@ static const char *const springls__kernel_lines[] = {
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
     "#line 8858 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && component == outside;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = color >> 2; z < 8; z += 2)\n",
+    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = color & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)args;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 8956 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -28820,6 +28952,39 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* ---- punctures ---- */\n",
+    "\n",
+    "#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */\n",
+    "\n",
+    "/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and\n",
+    "   connects two parts of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at);\n",
+    "    unsigned mask;\n",
+    "    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;\n",
+    "    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);\n",
+    "    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__joint here, there;\n",
+    "    int d, axis;\n",
+    "    if (!springls__is_puncture(g, at)) return false;\n",
+    "    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];\n",
+    "    here.phi = springls__phi_of(g, at);\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        there.at[0] = at[0] + d % 3 - 1;\n",
+    "        there.at[1] = at[1] + d / 3 % 3 - 1;\n",
+    "        there.at[2] = at[2] + d / 9 - 1;\n",
+    "        there.phi = springls__phi_of(g, there.at);\n",
+    "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* ---- removal ---- */\n",
     "\n",
     "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
@@ -28898,126 +29063,31 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
     "}\n",
     "\n",
-    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component, and without punctures. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
-    "    const float max_neighbors = (float)(max_voxels - 1);\n",
+    "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
+    "    const float filled = -1e-6f;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        float beside[8];\n",
-    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), springls__max(max_neighbors, around_puncture), beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
     "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
+    "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
+    "                springls__next_row(g, i, row)[x] = filled;\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9226 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
-    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
-    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
-    "   neighbors count. */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
-    "        component &= near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~component) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && component == outside;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
-    "{\n",
-    "    unsigned mask = 0;\n",
-    "    int d;\n",
-    "    for (d = 0; d < 27; d++)\n",
-    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
-    "    return mask;\n",
-    "}\n",
-    "\n",
-    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
-    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = color >> 2; z < 8; z += 2)\n",
-    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = color & 1; x < 8; x += 2) {\n",
-    "                int v = x + 8 * y + 64 * z;\n",
-    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
-    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
-    "            }\n",
-    "}\n",
-    "\n",
-    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int x;\n",
-    "    (void)args;\n",
-    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
-    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
-    "}\n",
-    "#line 9324 \"springls.h\"\n",
+    "#line 9359 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29093,7 +29163,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9401 \"springls.h\"\n",
+    "#line 9436 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29329,7 +29399,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9638 \"springls.h\"\n",
+    "#line 9673 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29354,7 +29424,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9664 \"springls.h\"\n",
+    "#line 9699 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29613,7 +29683,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9924 \"springls.h\"\n",
+    "#line 9959 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -29710,7 +29780,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 29714 \"springls.h\"\n",
+    "#line 29784 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
