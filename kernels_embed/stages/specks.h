@@ -383,7 +383,7 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component, and without punctures. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
@@ -391,13 +391,13 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
-    const float filled = -1e-6f;
+    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), springls__max(max_neighbors, around_puncture), beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
         for (x = 0; x < 8; x++) {
             springls__row_voxel(o, row, x, at);
             if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
