@@ -236,6 +236,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
@@ -259,6 +260,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -394,6 +396,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];

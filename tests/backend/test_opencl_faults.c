@@ -226,11 +226,13 @@ FIXTURE springls_status fault_begin(fault_life *life)
     return springls_set_implicit(life->ctx, springls_implicit_sphere, &ball);
 }
 
-enum { FAULT_CALLS = 8, FAULT_QUERY = 6 /* and what follows */ };
+enum { FAULT_CALLS = 9, FAULT_QUERY = 7 /* and what follows */ };
 
 /* The calls of a life, one after the other. */
 FIXTURE springls_status fault_call(fault_life *life, int call)
 {
+    static const float vertices[2 * 9] = { 11.0f, 7.0f, 7.2f, 11.0f, 7.5f, 7.2f, 11.0f, 7.0f, 7.7f,
+                                           7.5f, 10.5f, 7.2f, 7.5f, 10.5f, 7.7f, 8.0f, 10.5f, 7.2f };
     springls_params p = springls_get_params(life->ctx);
     springls_mesh mesh;
     springls_status status;
@@ -242,11 +244,12 @@ FIXTURE springls_status fault_call(fault_life *life, int call)
         p.capture_range = 2.2f;
         p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
         return springls_set_params(life->ctx, &p);
+    case 5: return springls_write(life->ctx, 1, 2, vertices, NULL);
     case FAULT_QUERY:
         status = springls_extract_mesh(life->ctx, &mesh);
         if (status == SPRINGLS_OK) springls_mesh_free(life->ctx, &mesh);
         return status;
-    case 7: return springls_copy_level_set(life->ctx, life->field);
+    case 8: return springls_copy_level_set(life->ctx, life->field);
     default: return springls_relax(life->ctx);
     }
 }

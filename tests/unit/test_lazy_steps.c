@@ -234,7 +234,7 @@ TEST some_steps_are_whole(int which)
     if (which == 4) p.volume_lock = 1;
     if (which == 5) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     if (which == 6) p.contact = SPRINGLS_CONTACT_SEPARATE;
-    if (which == 7) p.lazy_way = 0.0f;
+    if (which == 7) p.lazy_distance = 0.0f;
     ASSERT_OK(springls_set_params(ctx, &p));
     ASSERT_OK(springls_step(ctx, &whole));
     ASSERT_LT(left_behind(ctx), springls_count(ctx) / 50);
