@@ -275,7 +275,8 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3, and fills holes of sheets that are
+                                                   narrower than a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -2026,7 +2027,7 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(lane_memory, float, 6)                    /* of project's lanes (launch.h)                                              */ \
+    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
@@ -5311,10 +5312,14 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
+/* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
+typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
+
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
-    springls_task task;
+    springls__loop_work work;
     void *arg;
+    size_t floats;
     int next, count, grain;
     double pace;
     springls__kernel_run kernel;
@@ -9057,6 +9062,104 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
     g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
+    }
+    return faces != 0u && (faces & ~component) == 0u;
+}
+
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
+    }
+    return outside != 0u && component == outside;
+}
+
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int color = args.commit_simple.color, x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* Reverts the changes of side in phi_next that were not taken over. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)args;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
@@ -9326,6 +9429,39 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     }
 }
 
+/* ---- punctures ---- */
+
+#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
+
+/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
+   connects two parts of the outside. */
+SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at);
+    unsigned mask;
+    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
+    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
+    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+}
+
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
+{
+    springls__joint here, there;
+    int d, axis;
+    if (!springls__is_puncture(g, at)) return false;
+    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];
+    here.phi = springls__phi_of(g, at);
+    for (d = 0; d < 27; d++) {
+        there.at[0] = at[0] + d % 3 - 1;
+        there.at[1] = at[1] + d / 3 % 3 - 1;
+        there.at[2] = at[2] + d / 9 - 1;
+        there.phi = springls__phi_of(g, there.at);
+        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
+    }
+    return true;
+}
+
 /* ---- removal ---- */
 
 /* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
@@ -9404,126 +9540,30 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1);
+    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
+    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
         for (x = 0; x < 8; x++) {
-            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels))
+            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
+            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
+                springls__next_row(g, i, row)[x] = filled;
         }
     }
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
-   used: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
-   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
-   neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int component = faces & (~faces + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
-        component &= near18;
-    }
-    return faces != 0u && (faces & ~component) == 0u;
-}
-
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int component = outside & (~outside + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
-    }
-    return outside != 0u && component == outside;
-}
-
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
-   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int color = args.commit_simple.color, x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = color >> 2; z < 8; z += 2)
-        for (y = color >> 1 & 1; y < 8; y += 2)
-            for (x = color & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
-            }
-}
-
-/* Reverts the changes of side in phi_next that were not taken over. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)args;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
@@ -10324,17 +10364,23 @@ static const springls__kernel_info springls__kernels[] = {
 #undef SPRINGLS__BRICK_FACTS
 };
 
-SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end, NULL);
+    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
 }
 
 /* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
 
 enum { SPRINGLS__MEMORY_LANES = 64 };
 
-typedef struct springls__lane_part { const springls__kernel_run *run; int first, count, lanes; } springls__lane_part;
+typedef struct springls__lane_part {
+    springls_context *ctx;
+    springls__loop_work work;
+    void *arg;
+    size_t floats;
+    int first, count, lanes;
+} springls__lane_part;
 
 /* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
 SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
@@ -10347,34 +10393,42 @@ SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
 #endif
 }
 
-/* Makes room for the lanes of a kernel that needs memory. */
-SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, springls__kernel kernel, int count)
+/* Makes room for the lanes of a loop over `count` elements, so many floats each. */
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
 {
-    size_t floats = (size_t)springls__kernels[kernel].floats;
     return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
 }
 
 SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
 {
     const springls__lane_part *part = (const springls__lane_part *)arg;
-    const springls__kernel_run *run = part->run;
     for (; begin < end; begin++) {
         int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
         int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
-        float *memory = springls__lane_memory(&run->ctx->model) + (size_t)begin * (size_t)run->kernel->floats;
-        run->kernel->range(&run->ctx->model, run->args, first, last, memory);
+        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
     }
 }
 
-/* Runs a kernel over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
-SPRINGLS__FN void springls__run_lanes(const springls__kernel_run *run, int first, int count)
+SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    part->work(part->arg, part->first + begin, part->first + end, NULL);
+}
+
+/* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
+SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work work, void *arg, size_t floats, int first,
+                                    int count, int grain)
 {
     springls__lane_part part;
-    part.run = run;
+    part.ctx = ctx;
+    part.work = work;
+    part.arg = arg;
+    part.floats = floats;
     part.first = first;
     part.count = count;
-    part.lanes = springls__lane_count(run->ctx, count);
-    springls__parallel(run->ctx, part.lanes, 1, springls__lane_task, &part);
+    part.lanes = springls__lane_count(ctx, count);
+    if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
+    else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
@@ -10414,8 +10468,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    if (run.kernel->floats) springls__run_lanes(&run, 0, count);
-    else springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
@@ -10550,12 +10603,14 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* Makes a task over [0, count) the loop that the phase ends with. */
-SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+/* Makes work over [0, count) the loop that the phase ends with. Precondition: springls__reserve_lanes, where floats > 0. */
+SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
+                                      void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
-    loop->task = task;
+    loop->work = work;
     loop->arg = arg;
+    loop->floats = floats;
     loop->grain = grain;
     loop->count = count;
     loop->next = 0;
@@ -10568,23 +10623,17 @@ SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel,
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
-    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+    springls__loop_over(ctx, count, springls__kernels[kernel].grain, (size_t)springls__kernels[kernel].floats,
+                        springls__range_work, &ctx->work.loop.kernel);
 }
 
 SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
-
-SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
-{
-    const springls__pieces *loop = (const springls__pieces *)arg;
-    loop->task(loop->arg, loop->next + begin, loop->next + end);
-}
 
 /* Runs the next n elements of the loop. */
 SPRINGLS__FN void springls__run_next(springls_context *ctx, int n)
 {
     springls__pieces *loop = &ctx->work.loop;
-    if (loop->task == springls__range_task && loop->kernel.kernel->floats) springls__run_lanes(&loop->kernel, loop->next, n);
-    else springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
+    springls__do_work(ctx, loop->work, loop->arg, loop->floats, loop->next, n, loop->grain);
     loop->next += n;
 }
 
@@ -11573,33 +11622,49 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 16 }; /* springls in one call of a callback: few, for they lie on the stack */
+enum {
+    SPRINGLS__ADVECT_BLOCK = 128,                                        /* springls in one call of a callback */
+    SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
+};
 
-/* A batch as callbacks get it: in world units where forces->world_units is set. */
-typedef struct springls__given_batch {
+/* What the springls of a block need in between; too much for a stack. */
+typedef struct springls__advect_memory {
+    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
+    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
+    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
+    springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
+    springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
+    springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], push[SPRINGLS__ADVECT_BLOCK];
+    float answer[12 * SPRINGLS__ADVECT_BLOCK];    /* of a callback */
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    int springls[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    float points[3 * SPRINGLS__ADVECT_BLOCK], normals[3 * SPRINGLS__ADVECT_BLOCK], correspondences[3 * SPRINGLS__ADVECT_BLOCK];
-} springls__given_batch;
+    springls_batch world; /* as callbacks get it where forces->world_units is set */
+    float world_points[3 * SPRINGLS__ADVECT_BLOCK], world_normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float world_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+} springls__advect_memory;
 
 /* Returns the batch that callbacks get. */
-SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, const springls_batch *batch,
-                                                   springls__given_batch *world)
+SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
 {
+    const springls_batch *batch = &block->batch;
     int i;
     if (!motion->forces.world_units) return batch;
-    world->batch = *batch;
-    world->batch.points = world->points;
-    world->batch.normals = world->normals;
-    world->batch.correspondences = world->correspondences;
+    block->world = *batch;
+    block->world.points = block->world_points;
+    block->world.normals = block->world_normals;
+    block->world.correspondences = block->world_correspondences;
     for (i = 0; i < batch->count; i++) {
         springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
-        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), world->points + 3 * i);
-        springls__voxel_to_world(motion->ctx, springls__load3(batch->correspondences + 3 * i), world->correspondences + 3 * i);
-        world->normals[3 * i] = n.x;
-        world->normals[3 * i + 1] = n.y;
-        world->normals[3 * i + 2] = n.z;
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->correspondences + 3 * i), block->world_correspondences + 3 * i);
+        block->world_normals[3 * i] = n.x;
+        block->world_normals[3 * i + 1] = n.y;
+        block->world_normals[3 * i + 2] = n.z;
     }
-    return &world->batch;
+    return &block->world;
 }
 
 /* Returns a velocity of a callback or a sampled field in voxels. */
@@ -11611,14 +11676,13 @@ SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const 
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
 
-/* Writes sigma of eq. 1 at the points of a batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of the batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
-    springls__given_batch world;
-    const springls_batch *given = springls__given(motion, batch, &world);
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
@@ -11638,29 +11702,34 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* Returns what a speed of 1 along a normal of a batch is, voxels a unit of time. */
+SPRINGLS__FN springls__v3 springls__unit_speed(const springls__motion *motion, const springls_batch *given, int i)
+{
+    return springls__taken(motion, given->normals + 3 * i);
+}
+
+/* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK]; /* what a speed of 1 along them is, voxels */
-    springls__given_batch world;
-    const springls_batch *given = springls__given(motion, batch, &world);
-    float buffer[SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
-    for (i = 0; i < count; i++) normals[i] = springls__taken(motion, given->normals + 3 * i);
     if (forces->pressure) {
         forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_batch) {
         forces->pressure_batch(forces->user, given, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
             springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
@@ -11702,10 +11771,12 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
            || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
 }
 
-/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                          float time, springls__v3 *normals, springls__v3 *flow)
+/* Finds the flow at the particles of a block, where its points are at x. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                          float time, springls__v3 *flow)
 {
+    springls_batch *batch = &block->batch;
+    springls__v3 *normals = block->normals;
     int i, count = batch->count;
     for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
@@ -11713,114 +11784,115 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, flow);
+    springls__flow(motion, block, flow);
 }
 
-/* Finds the slopes of all points of a block, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+/* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x, float time,
                                    springls__v3 *slope, springls__v3 *flow)
 {
     const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
-    springls__given_batch world;
+    springls_batch *batch = &block->batch;
+    springls__v3 *push = block->push;
     const springls_batch *given;
     int i, m, count = batch->count;
-    springls__particle_flow(motion, batch, x, time, normals, flow);
+    springls__particle_flow(motion, block, x, time, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, batch, slope);
+        springls__push(motion, block, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, batch, push);
+        memset(push, 0, (size_t)count * sizeof *push);
+        springls__push(motion, block, push);
         for (m = 1; m < SPRINGLS__MOVERS; m++) {
             springls__batch_points(batch, x, m);
-            springls__flow(motion, batch, slope + m * count);
+            springls__flow(motion, block, slope + m * count);
         }
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     springls__batch_points(batch, x, 0);
-    given = springls__given(motion, batch, &world);
+    given = springls__given(motion, block);
     if (forces->affine) {
-        forces->affine(forces->user, given->points, given->correspondences, count, time, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, given, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine_batch(forces->user, given, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
 }
 
-/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
-   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
-                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+/* Finds how the flow along the cubics between the ends of a step, displaced by `at`, differs from that at its stages: see
+   springls__rk4_error. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
 {
-    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
     const springls__force_rule *rule = &motion->rule;
-    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
+    int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
     memset(residual, 0, (size_t)count * sizeof *residual);
     if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
-    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
-    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
-    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
-    for (i = 0; i < n; i++)
-        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
-    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
+    springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
+    for (i = 0; i < n; i++) {
+        springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
+        along[i] = springls__add(block->x[i], springls__cubic_middle(block->at[i], block->slope[0][i], end, rule->dt));
+    }
+    springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
     for (i = 0; i < count; i++) {
-        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
-        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+        springls__v3 stages = springls__scale(springls__add(block->flow[1][i], block->flow[2][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(flow[i], stages), 4.0f);
     }
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
+/* Reads the springls of a block. */
+SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__advect_memory *block)
 {
-    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
-    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
-    springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
-    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
-    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
-    memset(&batch, 0, sizeof batch);
-    batch.correspondences = &a[0].x;
-    batch.springls = springls;
-    batch.ids = ids;
-    batch.count = count;
+    int i, m;
+    memset(&block->batch, 0, sizeof block->batch);
+    block->batch.correspondences = &block->a[0].x;
+    block->batch.springls = block->springls;
+    block->batch.ids = block->ids;
+    block->batch.count = count;
     for (i = 0; i < count; i++) {
-        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
-        a[i] = set->a[springl];
-        ids[i] = set->id[springl];
-        before[i] = set->error[springl];
-        x[i] = set->s[springl].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
+        int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        block->a[i] = set->a[springl];
+        block->ids[i] = set->id[springl];
+        block->before[i] = set->error[springl];
+        block->x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) block->x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
+}
+
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__advect_memory *block)
+{
+    springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
+    springls_context *ctx = motion->ctx;
+    const float *time = motion->rule.stage_time, dt = motion->rule.dt;
+    int i, n = SPRINGLS__MOVERS * count;
+    springls__advect_read(motion, first, count, block);
+    springls__slopes(motion, block, x, time[0], k[0], block->flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        memset(error, 0, sizeof error);
+        for (i = 0; i < n; i++) at[i] = springls__scale(k[0][i], dt);
+        memset(block->error, 0, sizeof block->error);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
-        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[0][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[1], k[1], block->flow[1]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[1][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[2], k[2], block->flow[2]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[2][i], dt);
+        springls__slopes(motion, block, at, time[3], k[3], block->flow[3]);
+        for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
+        springls__path_residuals(motion, block);
         for (i = 0; i < count; i++)
-            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
-        memcpy(k1, stage, (size_t)n * sizeof *k1);
+            block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
     for (; i < count; i++)
-        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
@@ -11829,12 +11901,13 @@ SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
-SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *memory)
 {
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
+                               (springls__advect_memory *)(void *)memory);
     }
 }
 
@@ -11928,11 +12001,13 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    const size_t floats = (sizeof(springls__advect_memory) + 63) / 64 * 16; /* lanes begin on cache lines */
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion)));
+    springls__loop_over(ctx, springls__advect_blocks(motion), 1, floats, springls__advect_work, motion);
     return SPRINGLS_OK;
 }
 
@@ -14824,7 +14899,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
+                                              ctx->model.grid.active_count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
@@ -22386,7 +22462,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 893 \"springls.h\"\n",
+    "#line 894 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22494,7 +22570,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1871 \"springls.h\"\n",
+    "#line 1872 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22585,7 +22661,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1963 \"springls.h\"\n",
+    "#line 1964 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22652,7 +22728,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(lane_memory, float, 6)                    /* of project's lanes (launch.h)                                              */ \\\n",
+    "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
     "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
@@ -22675,7 +22751,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2054 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22751,7 +22827,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2131 \"springls.h\"\n",
+    "#line 2132 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22772,7 +22848,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2153 \"springls.h\"\n",
+    "#line 2154 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22787,7 +22863,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2169 \"springls.h\"\n",
+    "#line 2170 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22911,7 +22987,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2293 \"springls.h\"\n",
+    "#line 2294 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22937,7 +23013,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2320 \"springls.h\"\n",
+    "#line 2321 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -23137,7 +23213,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2521 \"springls.h\"\n",
+    "#line 2522 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23152,7 +23228,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2536 \"springls.h\"\n",
+    "#line 2537 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23276,14 +23352,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2660 \"springls.h\"\n",
+    "#line 2661 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2668 \"springls.h\"\n",
+    "#line 2669 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23295,7 +23371,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2680 \"springls.h\"\n",
+    "#line 2681 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23310,7 +23386,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2697 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23354,7 +23430,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2740 \"springls.h\"\n",
+    "#line 2741 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23369,7 +23445,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2755 \"springls.h\"\n",
+    "#line 2756 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23413,7 +23489,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2799 \"springls.h\"\n",
+    "#line 2800 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23492,7 +23568,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2878 \"springls.h\"\n",
+    "#line 2879 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23507,7 +23583,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2894 \"springls.h\"\n",
+    "#line 2895 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23574,7 +23650,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2961 \"springls.h\"\n",
+    "#line 2962 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23589,7 +23665,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2976 \"springls.h\"\n",
+    "#line 2977 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23656,7 +23732,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3044 \"springls.h\"\n",
+    "#line 3045 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -23993,7 +24069,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3382 \"springls.h\"\n",
+    "#line 3383 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24488,7 +24564,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3878 \"springls.h\"\n",
+    "#line 3879 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24664,7 +24740,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4055 \"springls.h\"\n",
+    "#line 4056 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24837,7 +24913,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4229 \"springls.h\"\n",
+    "#line 4230 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24956,7 +25032,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4349 \"springls.h\"\n",
+    "#line 4350 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -25105,7 +25181,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4498 \"springls.h\"\n",
+    "#line 4499 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25120,7 +25196,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4514 \"springls.h\"\n",
+    "#line 4515 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25450,7 +25526,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4844 \"springls.h\"\n",
+    "#line 4845 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25465,7 +25541,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4859 \"springls.h\"\n",
+    "#line 4860 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25795,7 +25871,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5189 \"springls.h\"\n",
+    "#line 5190 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25812,7 +25888,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5732 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25838,7 +25914,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5759 \"springls.h\"\n",
+    "#line 5764 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25924,7 +26000,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5846 \"springls.h\"\n",
+    "#line 5851 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -26052,7 +26128,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5975 \"springls.h\"\n",
+    "#line 5980 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -26152,7 +26228,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6076 \"springls.h\"\n",
+    "#line 6081 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -26373,7 +26449,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6298 \"springls.h\"\n",
+    "#line 6303 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26403,7 +26479,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6328 \"springls.h\"\n",
+    "#line 6333 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26418,7 +26494,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6344 \"springls.h\"\n",
+    "#line 6349 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26587,7 +26663,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6513 \"springls.h\"\n",
+    "#line 6518 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26602,7 +26678,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6528 \"springls.h\"\n",
+    "#line 6533 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26771,7 +26847,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6697 \"springls.h\"\n",
+    "#line 6702 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -26816,7 +26892,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6743 \"springls.h\"\n",
+    "#line 6748 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26831,7 +26907,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6758 \"springls.h\"\n",
+    "#line 6763 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26846,7 +26922,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6774 \"springls.h\"\n",
+    "#line 6779 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26857,7 +26933,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6785 \"springls.h\"\n",
+    "#line 6790 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26872,7 +26948,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6800 \"springls.h\"\n",
+    "#line 6805 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26883,7 +26959,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6811 \"springls.h\"\n",
+    "#line 6816 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -26986,7 +27062,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6915 \"springls.h\"\n",
+    "#line 6920 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -27466,7 +27542,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7396 \"springls.h\"\n",
+    "#line 7401 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27573,7 +27649,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7504 \"springls.h\"\n",
+    "#line 7509 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27697,7 +27773,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7629 \"springls.h\"\n",
+    "#line 7634 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -27917,7 +27993,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 7850 \"springls.h\"\n",
+    "#line 7855 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -27993,7 +28069,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7927 \"springls.h\"\n",
+    "#line 7932 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -28135,7 +28211,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8070 \"springls.h\"\n",
+    "#line 8075 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -28324,7 +28400,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8260 \"springls.h\"\n",
+    "#line 8265 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -28451,7 +28527,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8388 \"springls.h\"\n",
+    "#line 8393 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -28464,7 +28540,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 8402 \"springls.h\"\n",
+    "#line 8407 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -28884,7 +28960,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8823 \"springls.h\"\n",
+    "#line 8828 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -29036,7 +29112,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8976 \"springls.h\"\n",
+    "#line 8981 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -29120,7 +29196,104 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9061 \"springls.h\"\n",
+    "#line 9066 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && component == outside;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = color >> 2; z < 8; z += 2)\n",
+    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = color & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)args;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 9164 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -29389,6 +29562,39 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* ---- punctures ---- */\n",
+    "\n",
+    "#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */\n",
+    "\n",
+    "/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and\n",
+    "   connects two parts of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at);\n",
+    "    unsigned mask;\n",
+    "    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;\n",
+    "    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);\n",
+    "    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__joint here, there;\n",
+    "    int d, axis;\n",
+    "    if (!springls__is_puncture(g, at)) return false;\n",
+    "    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];\n",
+    "    here.phi = springls__phi_of(g, at);\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        there.at[0] = at[0] + d % 3 - 1;\n",
+    "        there.at[1] = at[1] + d / 3 % 3 - 1;\n",
+    "        there.at[2] = at[2] + d / 9 - 1;\n",
+    "        there.phi = springls__phi_of(g, there.at);\n",
+    "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* ---- removal ---- */\n",
     "\n",
     "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
@@ -29467,127 +29673,32 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
     "}\n",
     "\n",
-    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
-    "    const float max_neighbors = (float)(max_voxels - 1);\n",
+    "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
+    "    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        float beside[8];\n",
-    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
     "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
+    "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
+    "                springls__next_row(g, i, row)[x] = filled;\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9432 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
-    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
-    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
-    "   neighbors count. */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
-    "        component &= near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~component) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && component == outside;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
-    "{\n",
-    "    unsigned mask = 0;\n",
-    "    int d;\n",
-    "    for (d = 0; d < 27; d++)\n",
-    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
-    "    return mask;\n",
-    "}\n",
-    "\n",
-    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
-    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = color >> 2; z < 8; z += 2)\n",
-    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = color & 1; x < 8; x += 2) {\n",
-    "                int v = x + 8 * y + 64 * z;\n",
-    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
-    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
-    "            }\n",
-    "}\n",
-    "\n",
-    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int x;\n",
-    "    (void)args;\n",
-    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
-    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
-    "}\n",
-    "#line 9530 \"springls.h\"\n",
+    "#line 9570 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29663,7 +29774,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9607 \"springls.h\"\n",
+    "#line 9647 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29899,7 +30010,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9844 \"springls.h\"\n",
+    "#line 9884 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29924,7 +30035,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9870 \"springls.h\"\n",
+    "#line 9910 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -30183,7 +30294,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10130 \"springls.h\"\n",
+    "#line 10170 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30280,7 +30391,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30284 \"springls.h\"\n",
+    "#line 30395 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -66,7 +66,7 @@
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(lane_memory, float, 6)                    /* of project's lanes (launch.h)                                              */ \
+    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \

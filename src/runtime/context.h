@@ -110,10 +110,14 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
+/* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
+typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
+
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
-    springls_task task;
+    springls__loop_work work;
     void *arg;
+    size_t floats;
     int next, count, grain;
     double pace;
     springls__kernel_run kernel;

@@ -28,17 +28,23 @@ static const springls__kernel_info springls__kernels[] = {
 #undef SPRINGLS__BRICK_FACTS
 };
 
-SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end, NULL);
+    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
 }
 
 /* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
 
 enum { SPRINGLS__MEMORY_LANES = 64 };
 
-typedef struct springls__lane_part { const springls__kernel_run *run; int first, count, lanes; } springls__lane_part;
+typedef struct springls__lane_part {
+    springls_context *ctx;
+    springls__loop_work work;
+    void *arg;
+    size_t floats;
+    int first, count, lanes;
+} springls__lane_part;
 
 /* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
 SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
@@ -51,34 +57,42 @@ SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
 #endif
 }
 
-/* Makes room for the lanes of a kernel that needs memory. */
-SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, springls__kernel kernel, int count)
+/* Makes room for the lanes of a loop over `count` elements, so many floats each. */
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
 {
-    size_t floats = (size_t)springls__kernels[kernel].floats;
     return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
 }
 
 SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
 {
     const springls__lane_part *part = (const springls__lane_part *)arg;
-    const springls__kernel_run *run = part->run;
     for (; begin < end; begin++) {
         int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
         int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
-        float *memory = springls__lane_memory(&run->ctx->model) + (size_t)begin * (size_t)run->kernel->floats;
-        run->kernel->range(&run->ctx->model, run->args, first, last, memory);
+        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
     }
 }
 
-/* Runs a kernel over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
-SPRINGLS__FN void springls__run_lanes(const springls__kernel_run *run, int first, int count)
+SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    part->work(part->arg, part->first + begin, part->first + end, NULL);
+}
+
+/* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
+SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work work, void *arg, size_t floats, int first,
+                                    int count, int grain)
 {
     springls__lane_part part;
-    part.run = run;
+    part.ctx = ctx;
+    part.work = work;
+    part.arg = arg;
+    part.floats = floats;
     part.first = first;
     part.count = count;
-    part.lanes = springls__lane_count(run->ctx, count);
-    springls__parallel(run->ctx, part.lanes, 1, springls__lane_task, &part);
+    part.lanes = springls__lane_count(ctx, count);
+    if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
+    else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
@@ -118,8 +132,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    if (run.kernel->floats) springls__run_lanes(&run, 0, count);
-    else springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */

@@ -93,7 +93,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
+                                              ctx->model.grid.active_count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
