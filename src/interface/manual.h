@@ -147,7 +147,8 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3, and fills holes of sheets that are
+                                                   narrower than a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
