@@ -275,7 +275,8 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3, and fills holes of sheets that are
+                                                   narrower than a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -9062,6 +9063,104 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
     g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
+    }
+    return faces != 0u && (faces & ~component) == 0u;
+}
+
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
+    }
+    return outside != 0u && component == outside;
+}
+
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int color = args.commit_simple.color, x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* Reverts the changes of side in phi_next that were not taken over. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)args;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
 /* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
@@ -9331,6 +9430,39 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     }
 }
 
+/* ---- punctures ---- */
+
+#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
+
+/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
+   connects two parts of the outside. */
+SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at);
+    unsigned mask;
+    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
+    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
+    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+}
+
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
+{
+    springls__joint here, there;
+    int d, axis;
+    if (!springls__is_puncture(g, at)) return false;
+    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];
+    here.phi = springls__phi_of(g, at);
+    for (d = 0; d < 27; d++) {
+        there.at[0] = at[0] + d % 3 - 1;
+        there.at[1] = at[1] + d / 3 % 3 - 1;
+        there.at[2] = at[2] + d / 9 - 1;
+        there.phi = springls__phi_of(g, there.at);
+        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
+    }
+    return true;
+}
+
 /* ---- removal ---- */
 
 /* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
@@ -9409,126 +9541,30 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1);
+    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
+    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
         for (x = 0; x < 8; x++) {
-            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels))
+            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
+            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
+                springls__next_row(g, i, row)[x] = filled;
         }
     }
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
-   used: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
-   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
-   neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int component = faces & (~faces + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
-        component &= near18;
-    }
-    return faces != 0u && (faces & ~component) == 0u;
-}
-
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int component = outside & (~outside + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
-    }
-    return outside != 0u && component == outside;
-}
-
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
-   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int color = args.commit_simple.color, x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = color >> 2; z < 8; z += 2)
-        for (y = color >> 1 & 1; y < 8; y += 2)
-            for (x = color & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
-            }
-}
-
-/* Reverts the changes of side in phi_next that were not taken over. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)args;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
@@ -22428,7 +22464,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 893 \"springls.h\"\n",
+    "#line 894 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22536,7 +22572,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1872 \"springls.h\"\n",
+    "#line 1873 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22627,7 +22663,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1964 \"springls.h\"\n",
+    "#line 1965 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22717,7 +22753,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2055 \"springls.h\"\n",
+    "#line 2056 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22793,7 +22829,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2132 \"springls.h\"\n",
+    "#line 2133 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22814,7 +22850,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2154 \"springls.h\"\n",
+    "#line 2155 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22829,7 +22865,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2170 \"springls.h\"\n",
+    "#line 2171 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22953,7 +22989,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2294 \"springls.h\"\n",
+    "#line 2295 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22979,7 +23015,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2321 \"springls.h\"\n",
+    "#line 2322 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -23179,7 +23215,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2522 \"springls.h\"\n",
+    "#line 2523 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23194,7 +23230,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2537 \"springls.h\"\n",
+    "#line 2538 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23318,14 +23354,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2661 \"springls.h\"\n",
+    "#line 2662 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2669 \"springls.h\"\n",
+    "#line 2670 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23337,7 +23373,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2682 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23352,7 +23388,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2697 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23396,7 +23432,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2741 \"springls.h\"\n",
+    "#line 2742 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23411,7 +23447,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2756 \"springls.h\"\n",
+    "#line 2757 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23455,7 +23491,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2800 \"springls.h\"\n",
+    "#line 2801 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23534,7 +23570,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2879 \"springls.h\"\n",
+    "#line 2880 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23549,7 +23585,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2895 \"springls.h\"\n",
+    "#line 2896 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23616,7 +23652,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2962 \"springls.h\"\n",
+    "#line 2963 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23631,7 +23667,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2977 \"springls.h\"\n",
+    "#line 2978 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23698,7 +23734,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3045 \"springls.h\"\n",
+    "#line 3046 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -24035,7 +24071,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3383 \"springls.h\"\n",
+    "#line 3384 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24530,7 +24566,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3879 \"springls.h\"\n",
+    "#line 3880 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24706,7 +24742,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4056 \"springls.h\"\n",
+    "#line 4057 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24879,7 +24915,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4230 \"springls.h\"\n",
+    "#line 4231 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24998,7 +25034,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4350 \"springls.h\"\n",
+    "#line 4351 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -25147,7 +25183,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4499 \"springls.h\"\n",
+    "#line 4500 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25162,7 +25198,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4515 \"springls.h\"\n",
+    "#line 4516 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25492,7 +25528,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4845 \"springls.h\"\n",
+    "#line 4846 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25507,7 +25543,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4860 \"springls.h\"\n",
+    "#line 4861 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25837,7 +25873,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5190 \"springls.h\"\n",
+    "#line 5191 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25854,7 +25890,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5737 \"springls.h\"\n",
+    "#line 5738 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25880,7 +25916,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5764 \"springls.h\"\n",
+    "#line 5765 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25966,7 +26002,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5851 \"springls.h\"\n",
+    "#line 5852 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -26094,7 +26130,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5980 \"springls.h\"\n",
+    "#line 5981 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -26194,7 +26230,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6081 \"springls.h\"\n",
+    "#line 6082 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -26415,7 +26451,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6303 \"springls.h\"\n",
+    "#line 6304 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26445,7 +26481,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6333 \"springls.h\"\n",
+    "#line 6334 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26460,7 +26496,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6349 \"springls.h\"\n",
+    "#line 6350 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26629,7 +26665,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6518 \"springls.h\"\n",
+    "#line 6519 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26644,7 +26680,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6533 \"springls.h\"\n",
+    "#line 6534 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26813,7 +26849,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6702 \"springls.h\"\n",
+    "#line 6703 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -26858,7 +26894,7 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6748 \"springls.h\"\n",
+    "#line 6749 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26873,7 +26909,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6763 \"springls.h\"\n",
+    "#line 6764 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26888,7 +26924,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6779 \"springls.h\"\n",
+    "#line 6780 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26899,7 +26935,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6790 \"springls.h\"\n",
+    "#line 6791 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26914,7 +26950,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6805 \"springls.h\"\n",
+    "#line 6806 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26925,7 +26961,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6816 \"springls.h\"\n",
+    "#line 6817 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -27028,7 +27064,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6920 \"springls.h\"\n",
+    "#line 6921 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -27508,7 +27544,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7401 \"springls.h\"\n",
+    "#line 7402 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27615,7 +27651,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7509 \"springls.h\"\n",
+    "#line 7510 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27739,7 +27775,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7634 \"springls.h\"\n",
+    "#line 7635 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -27959,7 +27995,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 7855 \"springls.h\"\n",
+    "#line 7856 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -28035,7 +28071,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7932 \"springls.h\"\n",
+    "#line 7933 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -28177,7 +28213,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8075 \"springls.h\"\n",
+    "#line 8076 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -28366,7 +28402,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8265 \"springls.h\"\n",
+    "#line 8266 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -28493,7 +28529,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8393 \"springls.h\"\n",
+    "#line 8394 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -28506,7 +28542,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 8407 \"springls.h\"\n",
+    "#line 8408 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -28926,7 +28962,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8828 \"springls.h\"\n",
+    "#line 8829 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -29078,7 +29114,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8981 \"springls.h\"\n",
+    "#line 8982 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -29162,7 +29198,104 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9066 \"springls.h\"\n",
+    "#line 9067 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && component == outside;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = color >> 2; z < 8; z += 2)\n",
+    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = color & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)args;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 9165 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -29431,6 +29564,39 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* ---- punctures ---- */\n",
+    "\n",
+    "#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */\n",
+    "\n",
+    "/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and\n",
+    "   connects two parts of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at);\n",
+    "    unsigned mask;\n",
+    "    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;\n",
+    "    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);\n",
+    "    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__joint here, there;\n",
+    "    int d, axis;\n",
+    "    if (!springls__is_puncture(g, at)) return false;\n",
+    "    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];\n",
+    "    here.phi = springls__phi_of(g, at);\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        there.at[0] = at[0] + d % 3 - 1;\n",
+    "        there.at[1] = at[1] + d / 3 % 3 - 1;\n",
+    "        there.at[2] = at[2] + d / 9 - 1;\n",
+    "        there.phi = springls__phi_of(g, there.at);\n",
+    "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* ---- removal ---- */\n",
     "\n",
     "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
@@ -29509,127 +29675,32 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
     "}\n",
     "\n",
-    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
-    "    const float max_neighbors = (float)(max_voxels - 1);\n",
+    "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
+    "    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        float beside[8];\n",
-    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
     "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
+    "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
+    "                springls__next_row(g, i, row)[x] = filled;\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9437 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
-    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
-    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
-    "   neighbors count. */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
-    "        component &= near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~component) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && component == outside;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
-    "{\n",
-    "    unsigned mask = 0;\n",
-    "    int d;\n",
-    "    for (d = 0; d < 27; d++)\n",
-    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
-    "    return mask;\n",
-    "}\n",
-    "\n",
-    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
-    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = color >> 2; z < 8; z += 2)\n",
-    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = color & 1; x < 8; x += 2) {\n",
-    "                int v = x + 8 * y + 64 * z;\n",
-    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
-    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
-    "            }\n",
-    "}\n",
-    "\n",
-    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int x;\n",
-    "    (void)args;\n",
-    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
-    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
-    "}\n",
-    "#line 9535 \"springls.h\"\n",
+    "#line 9571 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29705,7 +29776,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9612 \"springls.h\"\n",
+    "#line 9648 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29941,7 +30012,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9849 \"springls.h\"\n",
+    "#line 9885 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29966,7 +30037,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9875 \"springls.h\"\n",
+    "#line 9911 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -30225,7 +30296,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10135 \"springls.h\"\n",
+    "#line 10171 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30322,7 +30393,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30326 \"springls.h\"\n",
+    "#line 30397 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
