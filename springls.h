@@ -37,20 +37,20 @@
      >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>cover:kernel         kernels_embed/stages/cover.h
-     >>evolve:kernel        kernels_embed/stages/evolve.h
-     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
-     >>project:kernel       kernels_embed/stages/project.h
-     >>project_body:kernel  kernels_embed/stages/project_body.h
+     >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
+     >>resample:kernel      kernels_embed/stages/resample.h
      >>track:kernel         kernels_embed/stages/track.h
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
+     >>project:kernel       kernels_embed/stages/project.h
+     >>project_body:kernel  kernels_embed/stages/project_body.h
+     >>evolve:kernel        kernels_embed/stages/evolve.h
+     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
      >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
-     >>relax:kernel         kernels_embed/stages/relax.h
-     >>relax_body:kernel    kernels_embed/stages/relax_body.h
-     >>resample:kernel      kernels_embed/stages/resample.h
      >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
@@ -168,13 +168,14 @@
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+     1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
+        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx).
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
+        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -191,6 +192,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
+                              lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -241,7 +244,7 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+   With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
@@ -272,7 +275,8 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3, and fills holes of sheets that are
+                                                   narrower than a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -327,7 +331,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -350,21 +354,21 @@
 
    LAZY STEPS
 
-   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
-   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
-   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
-   may move against each other.
+   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
+   phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
+   or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
+   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
+   little more than advect.
 
-     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
-       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
+       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
        topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
-       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
-     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
-       and part again within it, is lost.
+       stage called alone. Where force callbacks read the level set, set lazy_distance = 0.
+     - The results are those of steps as long as lazy_distance: what phi would do in between, as when two bodies touch and
+       part again, is lost.
 
    CURVATURE
 
@@ -383,20 +387,23 @@
 
    COVERAGE
 
-   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
-   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
-   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
-   with the surface. A triangle's edges stay below split_edge: where springls are
-   further apart, fill_gaps adds some.
+   With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
+   1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
+   neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
+   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
+   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
+   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
+   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
+   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
+   where springls are further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
-   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
-   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
-   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
-   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
+   cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
+   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Triangles about scattered particles
+   leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
+   the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
+   corners of triangles stick out beyond edges.
 
    SHARP EDGES
 
@@ -468,14 +475,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
-   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
-   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
-   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
+   Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
+   sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
+   moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
-     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+     - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
    EVENTS
 
@@ -507,8 +515,8 @@
 
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
-   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
-   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
    VOLUME LOCK
@@ -686,7 +694,9 @@
   #define springls_version_string SPRINGLS__NAME(springls_version_string)
   #define springls_default_params SPRINGLS__NAME(springls_default_params)
   #define springls_paper_params SPRINGLS__NAME(springls_paper_params)
+  #define springls_default_desc SPRINGLS__NAME(springls_default_desc)
   #define springls_create SPRINGLS__NAME(springls_create)
+  #define springls_create_error SPRINGLS__NAME(springls_create_error)
   #define springls_destroy SPRINGLS__NAME(springls_destroy)
   #define springls_reset SPRINGLS__NAME(springls_reset)
   #define springls_last_error SPRINGLS__NAME(springls_last_error)
@@ -710,6 +720,7 @@
   #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
+  #define springls_default_forces SPRINGLS__NAME(springls_default_forces)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
@@ -722,6 +733,7 @@
   #define springls_fill_gaps SPRINGLS__NAME(springls_fill_gaps)
   #define springls_unsigned_to_signed SPRINGLS__NAME(springls_unsigned_to_signed)
   #define springls_track SPRINGLS__NAME(springls_track)
+  #define springls_default_step_desc SPRINGLS__NAME(springls_default_step_desc)
   #define springls_step SPRINGLS__NAME(springls_step)
   #define springls_step_begin SPRINGLS__NAME(springls_step_begin)
   #define springls_step_continue SPRINGLS__NAME(springls_step_continue)
@@ -955,7 +967,7 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
-    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
+    float lazy_distance;     /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
                                 LAZY STEPS); 0: phi follows in every step, as in the paper                         */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
@@ -1028,9 +1040,16 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
-   One thread uses a context at a time; different contexts are independent. */
+/* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
+SPRINGLS_API springls_desc springls_default_desc(void);
+
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, the logger has the reason, and
+   springls_create_error returns it. One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
+
+/* Returns why springls_create refuses a description: a constant sentence that names the member; "" when it does not: then only
+   memory can be missing. NULL counts as a description that is refused. */
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc);
 
 /* Frees the context and all that belongs to it; NULL is allowed. */
 SPRINGLS_API void springls_destroy(springls_context *ctx);
@@ -1180,7 +1199,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
-   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
+   call a function that is given the context it serves, except counts, views and ids. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
 /* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
@@ -1239,10 +1259,18 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
+                                      unit of time. true: callbacks get points, normals and correspondences in the world, as
+                                      shapes and meshes are; velocities, pressures and samples are world units a unit of time,
+                                      affine maps are of the world, and curvature_weight is in squared world units (of a
+                                      uniform spacing). Forces then run on the host                                 */
     float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
                                       sub-step begins, and none is visited there: a tool that acts in one place costs what
                                       moves. Both all zero: everywhere                                              */
 } springls_forces;
+
+/* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
+SPRINGLS_API springls_forces springls_default_forces(void);
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
    a rotation in radians a unit of time. */
@@ -1310,6 +1338,9 @@ typedef struct springls_step_desc {
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
+
+/* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
+SPRINGLS_API springls_step_desc springls_default_step_desc(void);
 
 /* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
    sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
@@ -1790,7 +1821,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
-   pointer may be NULL; the text is constant. */
+   pointer may be NULL; the text is constant. With SPRINGLS_NO_OPENCL there are none. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus
@@ -1856,6 +1887,12 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
+typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
+
+/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
+typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1906,6 +1943,8 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__relax_arguments relax;
+    springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1938,7 +1977,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \
+    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
@@ -1989,7 +2028,8 @@ typedef union springls__arguments {
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
-    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \
+    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
+    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
     X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
@@ -3034,7 +3074,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \
     X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
     X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
@@ -3291,13 +3331,6 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
     springls__record_renew(model, i, &record);
     springls__record_store(model, i, record);
-}
-
-/* Marks phi as synced with particle i: stores its place. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
@@ -3782,6 +3815,44 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
 {
     int c;
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
+SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)
+{
+    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+}
+
+/* Marks phi as synced with particle i, unless it is asleep: stores its place. */
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
+}
+
+/* Returns true when a particle is out of reach of the springls that are awake. */
+SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
+{
+    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
+}
+
+/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
+{
+    const springls__grid *g = &model->grid;
+    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row, v;
+    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+    return true;
 }
 
 /* Wakes the brick of a slot: its springls count as having stirred. */
@@ -4690,9 +4761,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
-   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
-   correspondences so far. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
+   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
+   their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -4755,8 +4826,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
-   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
+   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
                                                 const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
                                                 const float *error)
@@ -5035,9 +5106,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
-   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
-   correspondences so far. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
+   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
+   their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -5100,8 +5171,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
-   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
+   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
                                                 const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
                                                 const float *error)
@@ -5242,10 +5313,14 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
+/* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
+typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
+
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
-    springls_task task;
+    springls__loop_work work;
     void *arg;
+    size_t floats;
     int next, count, grain;
     double pace;
     springls__kernel_run kernel;
@@ -5257,6 +5332,7 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
+    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -5272,19 +5348,20 @@ typedef struct springls__motion {
     springls__force_rule rule;
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
-    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
+    int *listed;            /* the springls in it, ascending; NULL: all                                         */
+    int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
-typedef struct springls__held {
-    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+typedef struct springls__saved_level_set {
+    springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     int active_count, free_count, slot_count, some_asleep;
-    float way;
+    float lag;
     bool opposed, in_use;
-} springls__held;
+} springls__saved_level_set;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
@@ -5340,7 +5417,8 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
-    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
+    bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -5350,10 +5428,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
-    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
-                               been moved otherwise, and phi follows in the next step                           */
+    float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
+                               they have been moved otherwise, and phi follows in the next step                 */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
-    springls__held held;
+    springls__saved_level_set saved;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
@@ -5395,6 +5473,20 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
+/* Fails because an argument of a call is NULL. */
+SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const char *call, const char *argument)
+{
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is NULL", call, argument);
+}
+
+/* Fails when a number is negative or not finite. */
+SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
+{
+    if (x >= 0.0 && x < (double)FLT_MAX) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
+                          x < 0.0 && x > -(double)FLT_MAX ? "negative" : "not finite");
+}
+
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
@@ -5432,8 +5524,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
-   growth is cheap. Fails without memory, and leaves the buffer as it was. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by an eighth more than that, so
+   that repeated growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -5442,7 +5534,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (count > (SIZE_MAX / 2) / element) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a size overflows");
     bytes = count * element;
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
-    if (buffer->data) bytes += bytes / 2;
+    if (buffer->data) bytes += bytes / 8;
     memory = springls__allocate(ctx, bytes);
     if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
@@ -5801,8 +5893,8 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 
 /* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
    above or below its tangent plane. Those of other bodies than springl `of` do not count. */
-SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,
-                                         float high)
+SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
+                                           float r, float high)
 {
     springls__springl s = model->set.s[other];
     springls__v3 d = springls__sub(s.p, x);
@@ -5974,10 +6066,16 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
+/* The first edge of a springl whose neighbors have not been found: it was asleep. */
+#define SPRINGLS__NOT_FOUND (-2)
+
+/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
+    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    else springls__find_neighbors(model, i, row);
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
@@ -6004,11 +6102,14 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
+/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */
+#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f
+
 /* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
    `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
-    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
+    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
     u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
@@ -6057,7 +6158,7 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
 /* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
@@ -6127,17 +6228,17 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool buried = model->params.project_level_set && springls__is_buried(model, s);
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    bool thin = model->params.keep_thin != 0;
+    bool thin = model->params.keep_thin != 0, buried, distant;
     *action = SPRINGLS__KEEP;
-    if (model->set.mask[i]) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i)) return;
+    buried = model->params.project_level_set && springls__is_buried(model, s);
+    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
@@ -6191,216 +6292,457 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, or of the mask. */
+/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 
-/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
-/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
-   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
+/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
 
-/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
-#define SPRINGLS__SHARE_DIRECTIONS 6
+typedef struct springls__relax_rule {
+    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
+    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
+    float sharpness;                 /* lambda_c                                 */
+    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
+} springls__relax_rule;
 
-/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
-typedef struct springls__share { float area, cosine, sine; } springls__share;
-
-/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
-   turn it too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
 {
-    const float arm = 0.45f; /* voxel */
-    springls__springl s = model->set.s[i];
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
     int m;
-    (void)args;
-    if (!model->set.mask[i])
-        for (m = 0; m < 3; m++)
-            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
-    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
-}
-
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
-   count. */
-typedef struct springls__cell_sides {
-    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
-} springls__cell_sides;
-
-SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
-SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
-
-/* Cuts off what lies beyond the line x X + y Y = 1. */
-SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
-{
-    int j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
-        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
-        springls__vec line = cosine * x + sine * y;
-        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
-        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
     }
-    return sides;
-}
-
-/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
-   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
-SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
-{
-    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
-    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
-    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
-    springls__cell_sides sides;
-    springls__share share;
-    int k, j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
-    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        SPRINGLS__GLOBAL const springls__springl *o;
-        springls__v3 d, area2;
-        float facing, near2;
-        if (codes[k] < 0) { /* skips the rest of a vertex's list */
-            k |= SPRINGLS__MAX_NEIGHBORS - 1;
-            continue;
-        }
-        o = &model->set.s[codes[k] / 3];
-        area2 = springls__tri_area2(springls__springl_tri(*o));
-        facing = springls__dot(area2, n);
-        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
-        d = springls__sub(o->p, p);
-        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
     }
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
-        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/relax_body.h -------- */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
+{
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
     }
-    share.area = 0.0f;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        share.area += ahead[j] + behind[j];
-        odd[j] = ahead[j] - behind[j];
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
     }
-    share.cosine = odd[0] - odd[2] + odd[4];
-    share.sine = odd[1] - odd[3] + odd[5];
-    return share;
+    return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
-SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
 {
-    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
-    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
-    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
-    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
+    return turn;
 }
 
-/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
-SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
-    float along = springls__sqrt(c * c + s * s) + c;
-    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
 }
 
-/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
 {
-    const float overlap = 1.04f; /* area of the triangle over that of the share */
-    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
-    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
-    springls__springl s = model->set.s[i];
-    springls__v3 n, u, v;
-    springls__share share;
-    (void)args;
-    if (!model->set.mask[i]) {
-        n = springls__facing(model, s);
-        u = springls__first_arm(s, n);
-        v = springls__cross(n, u);
-        share = springls__share_of(model, i, u, v);
-        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
-        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
     }
-    springls__relaxed_springls(model)[i] = s;
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
 }
 
-/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
-
-/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
-    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
-    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
-    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
-    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
-    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
-    float g2 = x * x + y * y + z * z;
-    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
-                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
-    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
+{
+    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
 }
 
-/* Returns f times the upwind difference of phi along one axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
+   asleep. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
+    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
-    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
-                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
-    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-}
-
-/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i);
-        springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside)) {
-            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-            c = springls__vec_select(inside, next, c);
-        }
-        springls__vec_store(out + i, c);
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        bool all = true;
+        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);
+        if (all) springls__vec_relax_springl(model, rule, begin);
+        else
+            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);
     }
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
-                                              SPRINGLS__LOCAL float *memory)
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
+   Springls of the mask stay as they are. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
-    float block[27];
-    int row, x, d;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
-    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        int at = springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        springls__evolve_row(phi + at, omega + at, width, step, out);
-        for (x = 0; x < 8 && lambda != 0.0f; x++) {
-            if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
-            out[x] += step * lambda * springls__curvature_motion(block);
-        }
-    }
+    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)
+        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
@@ -7007,9 +7349,9 @@ SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *mod
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false;
+    bool candidate = false, asleep = springls__is_asleep(model, i);
     int other;
-    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
             candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
@@ -7030,6 +7372,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
+    if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
@@ -7050,7 +7393,7 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
     springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
     (void)args;
-    if (!model->set.edge[i] || model->set.mask[i]) return;
+    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
 }
@@ -7163,6 +7506,429 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
 }
 
+/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
+/* resample.h - splitting at the longest edge (section 4.6). */
+
+/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
+SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+{
+    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
+    float ca = springls__length2(springls__sub(t.a, t.c));
+    if (ab >= bc && ab >= ca) return 0;
+    return bc >= ca ? 1 : 2;
+}
+
+SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+{
+    return springls__max(springls__length2(springls__sub(t.b, t.a)),
+                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+}
+
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
+   orientation. */
+SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+{
+    int edge = springls__longest_edge(t);
+    springls__tri turned = t, child;
+    springls__v3 middle;
+    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
+    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
+    middle = springls__lerp(turned.a, turned.b, 0.5f);
+    child.a = second ? middle : turned.a;
+    child.b = second ? turned.b : middle;
+    child.c = turned.c;
+    return child;
+}
+
+/* Half of a springl that is split. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
+
+/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
+SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
+    child.a = model->set.a[i];
+    child.error = 0.0f;
+    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
+    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    if (!fit.ok) return child;
+    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+    child.s.p = fit.point;
+    child.s = springls__springl_finished(child.s);
+    child.a = springls__project_on_original(model, fit.a);
+    return child;
+}
+
+/* Makes a child of half of springl i's triangle, and estimates its error. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child = springls__place_child(model, i, second);
+    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
+    return child;
+}
+
+/* Returns true when springl i has grown too large, and is not kept by the mask. */
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
+{
+    const springls_params *p = &model->params;
+    springls__tri t = springls__springl_tri(model->set.s[i]);
+    return !model->set.mask[i] && !springls__is_asleep(model, i)
+        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
+            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
+}
+
+/* Flags springl i in split_number when it is to be split. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
+}
+
+/* Returns true when springl i is to be split and among the first args.insert.count of those. */
+SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
+{
+    return springls__split_number(model)[i] < (uint32_t)args.insert.count
+        && springls__is_overgrown(model, i);
+}
+
+/* Splits springl i into halves, stored by its number. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t n = springls__split_number(model)[i];
+    if (!springls__is_split(model, i, args)) return;
+    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
+    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
+}
+
+/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t number = springls__split_number(model)[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    springls__half first, second;
+    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
+    int n = model->set.count + (int)number;
+    if (!springls__is_split(model, i, args)) return;
+    first = springls__split_halves(model)[2u * number];
+    second = springls__split_halves(model)[2u * number + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
+    model->set.overlapped[n] = model->set.overlapped[i];
+    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[n] = model->set.birth[i];
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.error[i] = first.error;
+    model->set.error[n] = second.error;
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
+/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the
+   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
+
+/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
+SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+{
+    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
+    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
+    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));
+    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
+}
+
+/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
+   share reach across creases, and turn it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float area = 0.263055214f; /* voxel^2, with arms of 0.45 voxel */
+    springls__springl s = model->set.s[i];
+    springls__v3 n;
+    (void)args;
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {
+        n = springls__facing(model, s);
+        s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
+}
+
+/* A springl's share of the surface in its tangent plane, as a place x + i y about the particle. */
+typedef struct springls__share {
+    float area;             /* voxel^2                                                          */
+    float x, y;             /* centroid, voxel                                                  */
+    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */
+    float cosine, sine;     /* third harmonic about the centroid: the corners                   */
+    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
+} springls__share;
+
+/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
+   side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */
+SPRINGLS__CONST float springls__share_harmonics[7][8] = {
+    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },
+    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },
+    { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f },
+    { 1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f, 0.0f, 0.0f },
+    { 0.0f, 0.866025404f, 0.866025404f, 0.0f, -0.866025404f, -0.866025404f, 0.0f, 0.0f },
+    { 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f },
+    { 0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f }
+};
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_harmonics[1] + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_harmonics[2] + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
+/* A power of the cell's width in six directions. */
+typedef struct springls__cell_power { springls__vec of[8 / SPRINGLS__LANES]; } springls__cell_power;
+
+/* Sums one over the directions, times a row of the harmonics. */
+SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, int row)
+{
+    float product[8];
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++)
+        springls__vec_store(product + j * SPRINGLS__LANES,
+                            power.of[j] * springls__vec_load(springls__share_harmonics[row] + j * SPRINGLS__LANES));
+    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
+}
+
+/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
+{
+    const float angle = 0.523598776f;
+    springls__cell_power second, third, fourth, fifth;
+    springls__share share;
+    float mean, x, y, xx, xy, spread, scale;
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec a = 1.0f / sides.ahead[j], a2 = a * a, b = 1.0f / sides.behind[j], b2 = b * b;
+        second.of[j] = a2 + b2;
+        third.of[j] = a2 * a - b2 * b;
+        fourth.of[j] = a2 * a2 + b2 * b2;
+        fifth.of[j] = a2 * a2 * a - b2 * b2 * b;
+    }
+    share.area = angle / 2.0f * springls__sum_directions(second, 0);
+    mean = angle / share.area;
+    x = share.x = mean / 3.0f * springls__sum_directions(third, 1);
+    y = share.y = mean / 3.0f * springls__sum_directions(third, 2);
+    spread = mean / 4.0f * springls__sum_directions(fourth, 0) - (x * x + y * y);
+    xx = mean / 4.0f * springls__sum_directions(fourth, 3) - (x * x - y * y);
+    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;
+    share.longer = xx / spread;
+    share.askew = xy / spread;
+    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */
+    scale = 1.0f / (spread * springls__sqrt(spread));
+    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);
+    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
+    share.cosine *= scale;
+    share.sine *= scale;
+    share.bend = 0.0f;
+    return share;
+}
+
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+{
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    springls__cell_sides sides;
+    springls__share share;
+    float heights = 0.0f, squares = 1e-6f;
+    int k, j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, cosine2, height, d2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        cosine2 = facing * facing / springls__max(springls__length2(area2), 1e-12f);
+        if (facing < 0.0f && cosine2 >= opposite2) continue;
+        d = springls__sub(o->p, p);
+        d2 = springls__max(springls__length2(d), 1e-6f);
+        if (facing > 0.0f) {
+            height = springls__dot(d, n);
+            heights += cosine2 * height;
+            squares += cosine2 * (d2 - height * height);
+        }
+        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));
+    }
+    share = springls__share_of_cell(sides);
+    share.bend = heights / squares;
+    return share;
+}
+
+/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
+{
+    float along = springls__sqrt(c * c + s * s) + c;
+    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
+}
+
+/* Returns q, stretched about the centre as the share is, at the same area. */
+SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+                                                 springls__share share)
+{
+    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
+    springls__v3 e = springls__scale(springls__sub(q, centre), scale);
+    float x = springls__dot(e, u), y = springls__dot(e, v);
+    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);
+}
+
+/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */
+SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)
+{
+    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));
+    if (l2 <= longest * longest) return t;
+    t.a = springls__lerp(centre, t.a, size);
+    t.b = springls__lerp(centre, t.b, size);
+    t.c = springls__lerp(centre, t.c, size);
+    return t;
+}
+
+/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
+   as far below the surface's corners as above its particle. */
+SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
+                                                          springls__share share, float longest_edge)
+{
+    const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
+    const float highest = 0.1f;  /* voxel */
+    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
+    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
+    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
+    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
+    t.a = springls__stretched(t.a, centre, u, v, share);
+    t.b = springls__stretched(t.b, centre, u, v, share);
+    t.c = springls__stretched(t.c, centre, u, v, share);
+    return springls__with_edges_below(t, centre, longest_edge);
+}
+
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
+    springls__springl s = model->set.s[i];
+    springls__v3 n, u, v;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
+    if (!model->set.mask[i]) {
+        n = springls__facing(model, s);
+        u = springls__first_arm(s, n);
+        v = springls__cross(n, u);
+        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
+}
+
+/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
+/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
+   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+{
+    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
+    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
+    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
+    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
+    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
+    float g2 = x * x + y * y + z * z;
+    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
+                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+}
+
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
+    (void)args;
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
+            out[x] += step * lambda * springls__curvature_motion(block);
+        }
+    }
+}
+
 /* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
 /* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
 
@@ -7246,8 +8012,11 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 /* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__seed seed = springls__seed_beside(model, i);
+    springls__seed seed;
     (void)args;
+    springls__seed_action(model)[i] = SPRINGLS__REMOVE;
+    if (springls__is_asleep(model, i)) return;
+    seed = springls__seed_beside(model, i);
     springls__seeds(model)[i] = seed;
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
@@ -7556,6 +8325,11 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {
+        for (row = model->group.item; row < 81; row += model->group.items)
+            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        return;
+    }
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
         for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
@@ -7625,7 +8399,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f; /* voxels: springls move by no more than two at once */
-    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);
     (void)args;
     if (side != 0) model->set.overlapped[i] = side < 0;
 }
@@ -7644,6 +8418,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
+    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -7994,6 +8769,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (springls__keeps_phi(model, i)) return;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
@@ -8174,6 +8950,7 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
@@ -8199,567 +8976,6 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
     (void)args;
     springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
-}
-
-/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
-
-typedef struct springls__relax_rule {
-    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
-    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
-    float sharpness;                 /* lambda_c                                 */
-    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    springls_threshold threshold;    /* H                                         */
-    springls_weight weight;          /* W                                         */
-    bool physical;                   /* torque: eq. 19, else eq. 20               */
-} springls__relax_rule;
-
-SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = params->threshold;
-    rule.weight = params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/relax_body.h -------- */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
-    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
-{
-    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
-                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
-                                                           SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
-    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
-    return turn;
-}
-
-/* Returns v after the turn (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
-    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
-}
-
-/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int i;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, args, i);
-    }
-    for (; begin < end; begin++) springls__relax_element(model, args, begin);
-}
-
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.
-   Springls of the mask stay as they are. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)args;
-    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
-        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    model->set.s[i] = springls__reversed(s);
-}
-
-/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
-/* resample.h - splitting at the longest edge (section 4.6). */
-
-/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
-SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
-{
-    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
-    float ca = springls__length2(springls__sub(t.a, t.c));
-    if (ab >= bc && ab >= ca) return 0;
-    return bc >= ca ? 1 : 2;
-}
-
-SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
-{
-    return springls__max(springls__length2(springls__sub(t.b, t.a)),
-                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
-}
-
-/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
-   orientation. */
-SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
-{
-    int edge = springls__longest_edge(t);
-    springls__tri turned = t, child;
-    springls__v3 middle;
-    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
-    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
-    middle = springls__lerp(turned.a, turned.b, 0.5f);
-    child.a = second ? middle : turned.a;
-    child.b = second ? turned.b : middle;
-    child.c = turned.c;
-    return child;
-}
-
-/* Half of a springl that is split. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;
-
-/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
-   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
-SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)
-{
-    springls__half child;
-    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
-    springls__fit_result fit;
-    int m;
-    child.s = springls__springl_make(t, springls__tri_centroid(t));
-    child.a = model->set.a[i];
-    child.error = 0.0f;
-    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
-    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-    if (!fit.ok) return child;
-    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-    child.s.p = fit.point;
-    child.s = springls__springl_finished(child.s);
-    child.a = springls__project_on_original(model, fit.a);
-    return child;
-}
-
-/* Makes a child of half of springl i's triangle, and estimates its error. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
-{
-    springls__half child = springls__place_child(model, i, second);
-    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);
-    return child;
-}
-
-/* Returns true when springl i has grown too large, and is not kept by the mask. */
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
-{
-    const springls_params *p = &model->params;
-    springls__tri t = springls__springl_tri(model->set.s[i]);
-    return !model->set.mask[i]
-        && (springls__longest_edge2(t) > p->split_edge * p->split_edge
-            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
-}
-
-/* Flags springl i in split_number when it is to be split. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;
-}
-
-/* Returns true when springl i is to be split and among the first args.insert.count of those. */
-SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
-{
-    return springls__split_number(model)[i] < (uint32_t)args.insert.count
-        && springls__is_overgrown(model, i);
-}
-
-/* Splits springl i into halves, stored by its number. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint32_t n = springls__split_number(model)[i];
-    if (!springls__is_split(model, i, args)) return;
-    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
-    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
-}
-
-/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint32_t number = springls__split_number(model)[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    springls__half first, second;
-    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
-    int n = model->set.count + (int)number;
-    if (!springls__is_split(model, i, args)) return;
-    first = springls__split_halves(model)[2u * number];
-    second = springls__split_halves(model)[2u * number + 1u];
-    model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);
-    model->set.synced_position[n] = springls__sub(second.s.p, moved);
-    model->set.parent[n] = model->set.id[i];
-    springls__inherit_components(model, n, i);
-    model->set.overlapped[n] = model->set.overlapped[i];
-    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
-    model->set.birth[n] = model->set.birth[i];
-    model->set.s[i] = first.s;
-    model->set.a[i] = first.a;
-    model->set.error[i] = first.error;
-    model->set.error[n] = second.error;
-    model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
 
 /* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
@@ -8795,13 +9011,6 @@ SPRINGLS__MATHS void springls__calm_element(const springls__model *model, spring
     SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
     (void)args;
     *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
-}
-
-/* Returns the slot of the brick that a place lies in. */
-SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
-{
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
 }
 
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
@@ -8852,6 +9061,104 @@ SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, 
         near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
     }
     g->near_awake[g->active[i]] = (uint8_t)near_awake;
+}
+
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
+    }
+    return faces != 0u && (faces & ~component) == 0u;
+}
+
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
+    }
+    return outside != 0u && component == outside;
+}
+
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int color = args.commit_simple.color, x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* Reverts the changes of side in phi_next that were not taken over. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)args;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>specks:kernel  (kernels_embed/stages/specks.h) ===================================================== */
@@ -9085,6 +9392,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
@@ -9108,6 +9416,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -9119,6 +9428,39 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
             if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
+}
+
+/* ---- punctures ---- */
+
+#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
+
+/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
+   connects two parts of the outside. */
+SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at);
+    unsigned mask;
+    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
+    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
+    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+}
+
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
+{
+    springls__joint here, there;
+    int d, axis;
+    if (!springls__is_puncture(g, at)) return false;
+    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];
+    here.phi = springls__phi_of(g, at);
+    for (d = 0; d < 27; d++) {
+        there.at[0] = at[0] + d % 3 - 1;
+        there.at[1] = at[1] + d / 3 % 3 - 1;
+        there.at[2] = at[2] + d / 9 - 1;
+        there.phi = springls__phi_of(g, there.at);
+        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
+    }
+    return true;
 }
 
 /* ---- removal ---- */
@@ -9199,125 +9541,30 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1);
+    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
+    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
         for (x = 0; x < 8; x++) {
-            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels))
+            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
+            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
+                springls__next_row(g, i, row)[x] = filled;
         }
     }
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
-   used: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
-   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
-   neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int component = faces & (~faces + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
-        component &= near18;
-    }
-    return faces != 0u && (faces & ~component) == 0u;
-}
-
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int component = outside & (~outside + 1u), before = 0u;
-    while (component != before) {
-        before = component;
-        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
-    }
-    return outside != 0u && component == outside;
-}
-
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
-   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int color = args.commit_simple.color, x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = color >> 2; z < 8; z += 2)
-        for (y = color >> 1 & 1; y < 8; y += 2)
-            for (x = color & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
-            }
-}
-
-/* Reverts the changes of side in phi_next that were not taken over. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)args;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
@@ -10033,29 +10280,39 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
-    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end, float *memory);
     int grain;
     uint64_t writes;
-    bool brick; /* a work group does one */
+    bool brick; /* a work group does one                                    */
+    int floats; /* of memory that a range needs; 0: what it needs is on the stack */
 } springls__kernel_info;
 
-#define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
+/* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
+enum { SPRINGLS__STACK_FLOATS = 2048 };
+
+#define SPRINGLS__RANGE(name)                                                                                                    \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        (void)memory;                                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        springls__##name##_elements(model, args, begin, end);                                                             \
+#define SPRINGLS__SIMD_RANGE(name)                                                                                               \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        (void)memory;                                                                                                            \
+        springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                                      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        float stack[(floats) <= SPRINGLS__STACK_FLOATS ? (floats) : 1];                                                          \
+        if ((floats) <= SPRINGLS__STACK_FLOATS) memory = stack;                                                                  \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                                     \
     }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
@@ -10099,18 +10356,80 @@ SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
+#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats)                                                                       \
+    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
 };
 
-SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end);
+    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
+}
+
+/* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
+
+enum { SPRINGLS__MEMORY_LANES = 64 };
+
+typedef struct springls__lane_part {
+    springls_context *ctx;
+    springls__loop_work work;
+    void *arg;
+    size_t floats;
+    int first, count, lanes;
+} springls__lane_part;
+
+/* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
+SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
+{
+#if defined(_OPENMP)
+    (void)ctx;
+    return springls__imin(count, SPRINGLS__MEMORY_LANES);
+#else
+    return ctx->desc.tasks.parallel_for ? springls__imin(count, SPRINGLS__MEMORY_LANES) : springls__imin(count, 1);
+#endif
+}
+
+/* Makes room for the lanes of a loop over `count` elements, so many floats each. */
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
+{
+    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
+}
+
+SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    for (; begin < end; begin++) {
+        int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
+        int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
+        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
+    }
+}
+
+SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    part->work(part->arg, part->first + begin, part->first + end, NULL);
+}
+
+/* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
+SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work work, void *arg, size_t floats, int first,
+                                    int count, int grain)
+{
+    springls__lane_part part;
+    part.ctx = ctx;
+    part.work = work;
+    part.arg = arg;
+    part.floats = floats;
+    part.first = first;
+    part.count = count;
+    part.lanes = springls__lane_count(ctx, count);
+    if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
+    else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
@@ -10150,7 +10469,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
@@ -10285,12 +10604,14 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* Makes a task over [0, count) the loop that the phase ends with. */
-SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+/* Makes work over [0, count) the loop that the phase ends with. Precondition: springls__reserve_lanes, where floats > 0. */
+SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
+                                      void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
-    loop->task = task;
+    loop->work = work;
     loop->arg = arg;
+    loop->floats = floats;
     loop->grain = grain;
     loop->count = count;
     loop->next = 0;
@@ -10303,24 +10624,25 @@ SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel,
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
-    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+    springls__loop_over(ctx, count, springls__kernels[kernel].grain, (size_t)springls__kernels[kernel].floats,
+                        springls__range_work, &ctx->work.loop.kernel);
 }
 
 SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
 
-SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
+/* Runs the next n elements of the loop. */
+SPRINGLS__FN void springls__run_next(springls_context *ctx, int n)
 {
-    const springls__pieces *loop = (const springls__pieces *)arg;
-    loop->task(loop->arg, loop->next + begin, loop->next + end);
+    springls__pieces *loop = &ctx->work.loop;
+    springls__do_work(ctx, loop->work, loop->arg, loop->floats, loop->next, n, loop->grain);
+    loop->next += n;
 }
 
 /* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
-    if (!springls__in_loop(ctx)) return;
-    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
-    loop->next = loop->count;
+    if (springls__in_loop(ctx)) springls__run_next(ctx, loop->count - loop->next);
 }
 
 /* Grains in the smallest piece: a few, so that a few threads share it. */
@@ -10334,8 +10656,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
     if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
     n = springls__imin(n, rest);
-    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
-    loop->next += n;
+    springls__run_next(ctx, n);
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 
@@ -10662,7 +10983,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
@@ -10978,9 +11299,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
     ctx->opposed = true;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11147,27 +11468,29 @@ SPRINGLS__FN double springls__determinant(const double *m)
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
-/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
-   or direction give none. */
-SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
+   none. */
+SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
     for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
     for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
+        if (grid->size[row] < 1) return "grid.size is not positive";
+        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side";
         for (column = 0; column < 3; column++) {
             double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
+            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive";
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
+            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
     }
     det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return false;
+    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
@@ -11180,7 +11503,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
     for (row = 0; row < 3; row++)
         inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
-    return true;
+    return NULL;
 }
 
 /* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
@@ -11275,6 +11598,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
                                                      springls__field *field)
 {
     double inverse[12], product;
+    const char *fault;
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
@@ -11286,8 +11610,8 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         }
         return SPRINGLS_OK;
     }
-    if (!springls__grid_transform(&given->grid, NULL, inverse))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the grid of a sampled field has a bad size, spacing or direction");
+    fault = springls__grid_transform(&given->grid, NULL, inverse);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "of a sampled field %s", fault);
     for (axis = 0; axis < 3; axis++) {
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
@@ -11299,59 +11623,122 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
+enum {
+    SPRINGLS__ADVECT_BLOCK = 128,                                        /* springls in one call of a callback */
+    SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
+};
 
-/* Writes sigma of eq. 1 at the points of a batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* What the springls of a block need in between; too much for a stack. */
+typedef struct springls__advect_memory {
+    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
+    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
+    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
+    springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
+    springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
+    springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], push[SPRINGLS__ADVECT_BLOCK];
+    float answer[12 * SPRINGLS__ADVECT_BLOCK];    /* of a callback */
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    int springls[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
+    springls_batch batch;
+    springls_batch world; /* as callbacks get it where forces->world_units is set */
+    float world_points[3 * SPRINGLS__ADVECT_BLOCK], world_normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float world_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+} springls__advect_memory;
+
+/* Returns the batch that callbacks get. */
+SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
+{
+    const springls_batch *batch = &block->batch;
+    int i;
+    if (!motion->forces.world_units) return batch;
+    block->world = *batch;
+    block->world.points = block->world_points;
+    block->world.normals = block->world_normals;
+    block->world.correspondences = block->world_correspondences;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
+        springls__voxel_to_world(motion->ctx, block->a[i], block->world_correspondences + 3 * i);
+        block->world_normals[3 * i] = n.x;
+        block->world_normals[3 * i + 1] = n.y;
+        block->world_normals[3 * i + 2] = n.z;
+    }
+    return &block->world;
+}
+
+/* Returns a velocity of a callback or a sampled field in voxels. */
+SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
+{
+    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    if (!motion->forces.world_units) return springls__load3(v);
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
+
+/* Writes sigma of eq. 1 at the points of the batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, batch, buffer);
+        forces->velocity_batch(forces->user, given, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__taken(motion, buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* Returns what a speed of 1 along a normal of a batch is, voxels a unit of time. */
+SPRINGLS__FN springls__v3 springls__unit_speed(const springls__motion *motion, const springls_batch *given, int i)
+{
+    return springls__taken(motion, given->normals + 3 * i);
+}
+
+/* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
-    float buffer[SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, batch, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        forces->pressure_batch(forces->user, given, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
             springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
-                                                                 motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+            springls__v3 n = springls__load3(batch->normals + 3 * i);
+            springls__v3 velocity =
+                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
         }
     }
 }
@@ -11360,15 +11747,14 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
 SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
                                        springls__v3 *slope)
 {
-    int i, m;
+    int i, k, m;
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
-            springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
-                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
-                                               A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
+            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
+            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
         }
 }
 
@@ -11383,13 +11769,15 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
-           || forces->affine_batch || forces->curvature_weight != 0.0f;
+           || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
 }
 
-/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                          float time, springls__v3 *normals, springls__v3 *flow)
+/* Finds the flow at the particles of a block, where its points are at x. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                          float time, springls__v3 *flow)
 {
+    springls_batch *batch = &block->batch;
+    springls__v3 *normals = block->normals;
     int i, count = batch->count;
     for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
@@ -11397,111 +11785,116 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, flow);
+    springls__flow(motion, block, flow);
 }
 
-/* Finds the slopes of all points of a block, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope, springls__v3 *flow)
+/* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                   float time, springls__v3 *slope, springls__v3 *flow)
 {
     const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    springls_batch *batch = &block->batch;
+    springls__v3 *push = block->push;
+    const springls_batch *given;
     int i, m, count = batch->count;
-    springls__particle_flow(motion, batch, x, time, normals, flow);
+    springls__particle_flow(motion, block, x, time, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, batch, slope);
+        springls__push(motion, block, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, batch, push);
+        memset(push, 0, (size_t)count * sizeof *push);
+        springls__push(motion, block, push);
         for (m = 1; m < SPRINGLS__MOVERS; m++) {
             springls__batch_points(batch, x, m);
-            springls__flow(motion, batch, slope + m * count);
+            springls__flow(motion, block, slope + m * count);
         }
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     springls__batch_points(batch, x, 0);
+    given = springls__given(motion, block);
     if (forces->affine) {
-        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, batch, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine_batch(forces->user, given, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
 }
 
-/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
-   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
-                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+/* Finds how the flow along the cubics between the ends of a step, displaced by `at`, differs from that at its stages: see
+   springls__rk4_error. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
 {
-    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
     const springls__force_rule *rule = &motion->rule;
-    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
+    int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
     memset(residual, 0, (size_t)count * sizeof *residual);
     if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
-    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
-    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
-    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
-    for (i = 0; i < n; i++)
-        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
-    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
+    springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
+    for (i = 0; i < n; i++) {
+        springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
+        along[i] = springls__add(block->x[i], springls__cubic_middle(block->at[i], block->slope[0][i], end, rule->dt));
+    }
+    springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
     for (i = 0; i < count; i++) {
-        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
-        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+        springls__v3 stages = springls__scale(springls__add(block->flow[1][i], block->flow[2][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(flow[i], stages), 4.0f);
     }
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
+/* Reads the springls of a block. */
+SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__advect_memory *block)
 {
-    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
-    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
-    springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
-    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
-    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
-    memset(&batch, 0, sizeof batch);
-    batch.correspondences = &a[0].x;
-    batch.springls = springls;
-    batch.ids = ids;
-    batch.count = count;
+    int i, m;
+    memset(&block->batch, 0, sizeof block->batch);
+    block->batch.correspondences = &block->a[0].x;
+    block->batch.springls = block->springls;
+    block->batch.ids = block->ids;
+    block->batch.count = count;
     for (i = 0; i < count; i++) {
-        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
-        a[i] = set->a[springl];
-        ids[i] = set->id[springl];
-        before[i] = set->error[springl];
-        x[i] = set->s[springl].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
+        int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        block->a[i] = set->a[springl];
+        block->ids[i] = set->id[springl];
+        block->before[i] = set->error[springl];
+        block->x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) block->x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
+}
+
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__advect_memory *block)
+{
+    springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
+    springls_context *ctx = motion->ctx;
+    const float *time = motion->rule.stage_time, dt = motion->rule.dt;
+    int i, n = SPRINGLS__MOVERS * count;
+    springls__advect_read(motion, first, count, block);
+    springls__slopes(motion, block, x, time[0], k[0], block->flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        memset(error, 0, sizeof error);
+        for (i = 0; i < n; i++) at[i] = springls__scale(k[0][i], dt);
+        memset(block->error, 0, sizeof block->error);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
-        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[0][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[1], k[1], block->flow[1]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[1][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[2], k[2], block->flow[2]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[2][i], dt);
+        springls__slopes(motion, block, at, time[3], k[3], block->flow[3]);
+        for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
+        springls__path_residuals(motion, block);
         for (i = 0; i < count; i++)
-            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
-        memcpy(k1, stage, (size_t)n * sizeof *k1);
+            block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
+                                  block->before + i);
     for (; i < count; i++)
-        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
@@ -11510,12 +11903,13 @@ SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
-SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *memory)
 {
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
+                               (springls__advect_memory *)(void *)memory);
     }
 }
 
@@ -11527,8 +11921,10 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (lower[k] > upper[k])
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
     motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
@@ -11548,6 +11944,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
@@ -11569,8 +11966,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
     for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
-                                                                         motion->rule.stage_time[k]);
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
+            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -11606,11 +12003,13 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    const size_t floats = (sizeof(springls__advect_memory) + 63) / 64 * 16; /* lanes begin on cache lines */
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion)));
+    springls__loop_over(ctx, springls__advect_blocks(motion), 1, floats, springls__advect_work, motion);
     return SPRINGLS_OK;
 }
 
@@ -11619,7 +12018,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest =
+        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->still = largest.value == 0.0f
@@ -11632,6 +12032,7 @@ SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (forces->world_units) return false;
     if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
@@ -11721,8 +12122,8 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
-   list. */
+/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
+   index is never below its place in the list, so nothing is overwritten before it has been taken. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -12556,27 +12957,37 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
+    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
+    ctx->at_rest = false;
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 
@@ -13889,17 +14300,22 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 
 /* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
    together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
-   reason). Ends with a loop. */
+   reason). Springls that have woken since get theirs then. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period) {
+    springls__arguments args;
+    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period;
+    if (args.neighbors.missing) {
         ctx->neighbors_age++;
-        return SPRINGLS_OK;
+        if (!ctx->neighbors_missing) return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
-    ctx->neighbors_age = 0;
+    if (!args.neighbors.missing) {
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+        ctx->neighbors_age = 0;
+    }
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, &args);
+    ctx->neighbors_missing = ctx->model.grid.some_asleep != 0;
     return SPRINGLS_OK;
 }
 
@@ -13927,13 +14343,16 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
+    springls__arguments args;
+    args.relax.kept = ctx->work.kept;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx);
+            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+            ctx->work.kept = true;
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
@@ -13942,14 +14361,15 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
             return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
         springls__take_relaxed(ctx);
+        ctx->work.kept = false;
         ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
     case SPRINGLS__RELAX_COVERED:
     default:
@@ -14426,7 +14846,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
-    if (ctx->model.params.lazy_way == 0.0f) return;
+    if (ctx->model.params.lazy_distance == 0.0f) return;
     ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
 }
 
@@ -14481,6 +14901,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
+                                              ctx->model.grid.active_count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
@@ -15062,26 +15484,26 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
-/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
-   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
-   changes no later bits. */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
+   uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
+   that reading changes no later bits. */
 
 /* Returns true when phi is behind the springls by lazy steps. */
-SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
 
 /* What projecting changes, but for what is found again when it is needed. */
-#define SPRINGLS__HELD_BITS                                                                                                      \
+#define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
-/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
-SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+/* Copies these arrays to saved memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
     size_t at = 0;
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         size_t bytes;
-        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        if (!springls__has_array(SPRINGLS__SAVED_BITS, array)) continue;
         bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
         if (memory && !back) {
             memcpy(memory + at, buffer->data, bytes);
@@ -15096,36 +15518,37 @@ SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, boo
 }
 
 /* Remembers the level set as the steps have left it. */
-SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
-    springls__copy_held(ctx, (char *)held->memory.data, false);
-    held->active_count = ctx->model.grid.active_count;
-    held->free_count = ctx->model.grid.free_count;
-    held->slot_count = ctx->model.grid.slot_count;
-    held->some_asleep = ctx->model.grid.some_asleep;
-    held->way = ctx->way;
-    held->opposed = ctx->opposed;
-    held->in_use = true;
+    springls__saved_level_set *saved = &ctx->saved;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_saved(ctx, (char *)saved->memory.data, false);
+    saved->active_count = ctx->model.grid.active_count;
+    saved->free_count = ctx->model.grid.free_count;
+    saved->slot_count = ctx->model.grid.slot_count;
+    saved->some_asleep = ctx->model.grid.some_asleep;
+    saved->lag = ctx->lag;
+    saved->opposed = ctx->opposed;
+    saved->in_use = true;
     return SPRINGLS_OK;
 }
 
 /* Goes back to the level set as the steps have left it: what continues from there calls this first. */
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    if (!held->in_use) return;
-    ctx->model.grid.active_count = held->active_count;
-    ctx->model.grid.free_count = held->free_count;
-    ctx->model.grid.slot_count = held->slot_count;
-    springls__copy_held(ctx, (char *)held->memory.data, true);
-    ctx->model.grid.some_asleep = held->some_asleep;
-    ctx->way = held->way;
-    ctx->opposed = held->opposed;
+    springls__saved_level_set *saved = &ctx->saved;
+    if (!saved->in_use) return;
+    ctx->model.grid.active_count = saved->active_count;
+    ctx->model.grid.free_count = saved->free_count;
+    ctx->model.grid.slot_count = saved->slot_count;
+    springls__copy_saved(ctx, (char *)saved->memory.data, true);
+    ctx->model.grid.some_asleep = saved->some_asleep;
+    ctx->lag = saved->lag;
+    ctx->opposed = saved->opposed;
+    ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
-    held->in_use = false;
+    saved->in_use = false;
 }
 
 /* Makes phi follow; springls stay as they are. */
@@ -15135,8 +15558,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    springls__wake_all(ctx);
-    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__rouse_moved(ctx);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
@@ -15147,7 +15570,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 {
     springls_status status;
     if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__save_level_set(ctx)));
     status = springls__follow(ctx);
     if (status != SPRINGLS_OK) springls__end_reading(ctx);
     return status;
@@ -15157,7 +15580,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
     if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     return SPRINGLS_OK;
 }
 
@@ -15227,8 +15650,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
-/* Returns true when springls relax and take their shares at once. Those that cover need it on resampling passes alone while a
-   flow turns them, unless they are at edges. */
+/* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
+   instead; while a flow turns them they need it on resampling steps alone, unless they are at edges. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
     if (springls__covers_again(ctx)) return false;
@@ -15243,7 +15666,7 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     const springls_step_desc *desc = &ctx->step.desc;
     const springls_forces *forces = &ctx->step.forces;
-    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+    return params->lazy_distance > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
         && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
         && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
         && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
@@ -15260,9 +15683,9 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
-    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+    const float closely = 0.15f;
+    float limit = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_distance) : ctx->model.params.lazy_distance;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->lag + 2.0f * ctx->motion.moved <= limit;
 }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -15362,11 +15785,11 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     if (springls__stays_lazy(ctx)) {
-        ctx->way += ctx->motion.moved;
+        ctx->lag += ctx->motion.moved;
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
-    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
     ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
@@ -15383,8 +15806,9 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 /* Finds which bricks the rest of the sub-step works in. */
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
-    return springls__wake(ctx);
+    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
+    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
+    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
@@ -15452,7 +15876,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
@@ -15615,10 +16039,9 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
-        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
+    if (!step) return springls__fail_null(ctx, "step", "the description");
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -15643,9 +16066,10 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done) return springls__fail_null(ctx, "step_continue", "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
@@ -15677,7 +16101,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 
 /* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
    that no motion is lost. No step is in progress. */
-SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
@@ -15689,10 +16113,10 @@ SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 }
 
 /* Ends the step in progress, and makes phi follow whatever has moved. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));
-    return springls__settle_written(ctx);
+    return springls__follow_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
@@ -15714,7 +16138,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__begin_change(ctx));
-    ctx->way = FLT_MAX; /* the next step is a whole one */
+    ctx->lag = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
@@ -15827,7 +16251,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -15866,7 +16290,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_way = 2.1f;
+    p.lazy_distance = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -15914,7 +16338,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -15935,14 +16359,16 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
 typedef struct springls__param {
-    const char *name;
+    const char *name, *fault;
     size_t offset;
     bool real;
     float low, high;
 } springls__param;
 
-#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
-#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -15963,18 +16389,21 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns the name of the first member that is out of range, or NULL. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
+    if (p->cookie != SPRINGLS__COOKIE)
+        return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
-        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
-    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
+    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
 }
 
 /* ======== >>create  (src/lifecycle/create.h) =================================================================== */
 /* create.h - the life cycle of a context, its parameters, and texts about the library. */
+
+enum { SPRINGLS__DEFAULT_MAX_SPRINGLS = 64 * 1000 * 1000 };
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -15987,7 +16416,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
-    springls__buffer_free(ctx, &ctx->held.memory);
+    springls__buffer_free(ctx, &ctx->saved.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -15996,25 +16425,65 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
 }
 
 /* Reports a failure that happens before there is a context. */
-SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *message)
+SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *reason)
 {
-    if (desc && desc->logger.log) desc->logger.log(desc->logger.user, 1, message);
+    char message[128];
+    if (!desc || !desc->logger.log) return status;
+    snprintf(message, sizeof message, "create: %s", reason);
+    desc->logger.log(desc->logger.user, 1, message);
     return status;
 }
 
 /* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
-SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel,
+                                              springls_params *params)
 {
+    const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
-    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
-        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
-    ctx->model.params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
-    if (desc->max_springls < 0) return "create: max_springls is negative";
-    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side";
+    if (fault) return fault;
+    *params = desc->params ? *desc->params : springls_default_params();
+    fault = springls__params_fault(params);
+    if (fault) return fault;
+    if (desc->max_springls < 0) return "max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
+    if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
+}
+
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc)
+{
+    double to_world[12], to_voxel[12];
+    springls_params params;
+    const char *fault = desc ? springls__desc_fault(desc, to_world, to_voxel, &params) : "desc is NULL";
+    return fault ? fault : "";
+}
+
+SPRINGLS_API springls_desc springls_default_desc(void)
+{
+    springls_desc desc;
+    int k;
+    memset(&desc, 0, sizeof desc);
+    for (k = 0; k < 3; k++) desc.grid.spacing[k] = desc.grid.direction[4 * k] = 1.0;
+    desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
+    return desc;
+}
+
+SPRINGLS_API springls_step_desc springls_default_step_desc(void)
+{
+    springls_step_desc step;
+    memset(&step, 0, sizeof step);
+    step.max_displacement = 2.0f;
+    return step;
+}
+
+SPRINGLS_API springls_forces springls_default_forces(void)
+{
+    springls_forces forces;
+    memset(&forces, 0, sizeof forces);
+    forces.pressure_weight = forces.velocity_weight = forces.affine_weight = 1.0f;
+    return forces;
 }
 
 /* Finds the shortest and the longest step between voxels, in world units. */
@@ -16039,7 +16508,7 @@ SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc
         ctx->desc.allocator.alloc = springls__malloc;
         ctx->desc.allocator.free = springls__free;
     }
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
     springls__measure_spacing(ctx);
 }
 
@@ -16049,13 +16518,14 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     const char *fault;
     springls_status status;
     if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    if (!desc) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
     memset(&made, 0, sizeof made);
-    fault = springls__desc_fault(desc, &made);
+    fault = springls__desc_fault(desc, made.to_world, made.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
     *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
@@ -16094,7 +16564,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -16783,8 +17253,10 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     size_t i, n;
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!intensity || !(low <= high))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    if (!intensity) return springls__fail_null(ctx, "set_threshold", "intensity");
+    if (!(low <= high))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: low (%g) is not below high (%g)", (double)low,
+                              (double)high);
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
@@ -17948,9 +18420,10 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
                                                       const float *correspondences, int count)
 {
     int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    if (!vertices) return springls__fail_null(ctx, "set_springls", "vertices");
+    if (count <= 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d is not positive", count);
+    if (count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls", count);
     for (i = 0; i < count; i++)
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
@@ -18061,7 +18534,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->way = FLT_MAX;
+    ctx->lag = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -18234,7 +18707,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_attribute", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
@@ -18687,10 +19160,10 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(
-            ctx, SPRINGLS_INVALID_ARGUMENT,
-            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    if (!out) return springls__fail_null(ctx, "chunks_create", "out");
+    if (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: the tolerance %g is not at most half a voxel",
+                              (double)desc->tolerance);
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -18715,7 +19188,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+        return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
@@ -19348,8 +19821,8 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
+    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
+    if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
     for (i = 0; i < 3 * (size_t)count; i++)
         if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
@@ -19827,7 +20300,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!components || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+        return springls__fail_null(ctx, "components", components ? "count" : "components");
     SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
@@ -19868,7 +20341,7 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
     if (events) *events = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    if (!events || !count) return springls__fail_null(ctx, "events", events ? "count" : "events");
     SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
     event = (springls_event *)ctx->event_memory.data;
     part = (const springls_component *)ctx->event_part_memory.data;
@@ -19957,7 +20430,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_errors", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;
@@ -20033,7 +20506,7 @@ SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const s
                                                   const char *call)
 {
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+        return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
     return SPRINGLS_OK;
 }
 
@@ -20228,10 +20701,13 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     springls_status status;
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS
-        || (channels > 0 && !values)
-        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+    if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+    if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
+    if (triangle_count > 0 && (!positions || !triangles || !neighbors))
+        return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
@@ -20655,7 +21131,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 
 /* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
 /* snapshot_format.h - the bytes of a snapshot (docs/snapshot-format.md): a head, then sections with a tag each. Numbers are
-   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by field. */
+   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by
+   field. */
 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1 };
 
@@ -20877,7 +21354,7 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, way) X(int32_t, opposed)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -20939,8 +21416,8 @@ SPRINGLS__FN springls_status springls__unknown(springls_context *ctx, const char
 }
 
 /* Reads a section of named numbers into `to`; fails when one has an unknown name. */
-SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count, const char *data,
-                                                 uint64_t bytes, void *to)
+SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count,
+                                                 const char *data, uint64_t bytes, void *to)
 {
     uint64_t i;
     for (i = 0; i < bytes / SPRINGLS__NAMED_BYTES; i++) {
@@ -20977,8 +21454,8 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none, its
-   numbers are 0. */
+/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
+   its numbers are 0. */
 typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
@@ -21021,7 +21498,8 @@ static const springls__section_info springls__section_list[] = {
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
 /* Has no value when a section has no row. */
-typedef char springls__all_sections_have_tags[(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
+typedef char springls__all_sections_have_tags
+    [(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
 
 /* A reader may skip a section with this flag that it does not know. */
 enum { SPRINGLS__SECTION_OPTIONAL = 1 };
@@ -21177,7 +21655,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->way = ctx->way;
+    s->lag = ctx->lag;
     s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
@@ -21205,7 +21683,8 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
+    springls__coder values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
@@ -21306,8 +21785,8 @@ SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 }
 
 /* Writes the block, layout->size bytes. */
-SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
-                                           char *out)
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     int section;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
@@ -21316,7 +21795,8 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section(ctx, s, layout, section, out);
     }
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -21418,7 +21898,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
-    if (!(s->way >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -21509,7 +21989,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
@@ -21587,9 +22067,11 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
         if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
             return springls__unknown(ctx, "section", block + at, 4);
         at += SPRINGLS__SECTION_HEAD_BYTES;
-        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (bytes > size - at || springls__padded(bytes) > size - at)
+            return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
         if (section >= 0) {
-            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            if (section >= SPRINGLS__SECTIONS || layout->at[section])
+                return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
             layout->at[section] = at;
             layout->bytes[section] = bytes;
         }
@@ -21632,8 +22114,8 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
-    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
-                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED,
+                                      block + at[SPRINGLS__SECTION_PARAMS], bytes[SPRINGLS__SECTION_PARAMS], &s->params));
     fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -21825,9 +22307,9 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->way = s->way;
+    ctx->lag = s->lag;
     ctx->opposed = s->opposed != 0;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -21840,6 +22322,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
+    ctx->neighbors_missing = true;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -21980,7 +22463,8 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 882 \"springls.h\"\n",
+#ifndef SPRINGLS_NO_OPENCL
+    "#line 894 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22057,7 +22541,7 @@ static const char *const springls__kernel_lines[] = {
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
     "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
-    "    float lazy_way;          /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
+    "    float lazy_distance;     /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,\n",
     "                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
@@ -22088,7 +22572,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1842 \"springls.h\"\n",
+    "#line 1873 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22105,6 +22589,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
+    "\n",
+    "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
+    "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
+    "\n",
+    "/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */\n",
+    "typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -22156,6 +22646,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
+    "    springls__relax_arguments relax;\n",
+    "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -22171,7 +22663,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1926 \"springls.h\"\n",
+    "#line 1965 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22187,7 +22679,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(moved_error, float, 2)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
@@ -22238,7 +22730,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
-    "    X(region_springls, int, 4)                  /* springls in the region of the forces                                       */ \\\n",
+    "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
+    "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
     "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
@@ -22260,7 +22753,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2016 \"springls.h\"\n",
+    "#line 2056 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22336,7 +22829,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2093 \"springls.h\"\n",
+    "#line 2133 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22357,7 +22850,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2115 \"springls.h\"\n",
+    "#line 2155 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22372,7 +22865,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2131 \"springls.h\"\n",
+    "#line 2171 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22496,7 +22989,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2255 \"springls.h\"\n",
+    "#line 2295 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -22522,7 +23015,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2282 \"springls.h\"\n",
+    "#line 2322 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -22722,7 +23215,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2483 \"springls.h\"\n",
+    "#line 2523 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22737,7 +23230,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2498 \"springls.h\"\n",
+    "#line 2538 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -22861,14 +23354,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2622 \"springls.h\"\n",
+    "#line 2662 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2630 \"springls.h\"\n",
+    "#line 2670 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -22880,7 +23373,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2642 \"springls.h\"\n",
+    "#line 2682 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22895,7 +23388,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2658 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22939,7 +23432,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2702 \"springls.h\"\n",
+    "#line 2742 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22954,7 +23447,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2717 \"springls.h\"\n",
+    "#line 2757 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -22998,7 +23491,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2761 \"springls.h\"\n",
+    "#line 2801 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23077,7 +23570,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2880 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23092,7 +23585,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2856 \"springls.h\"\n",
+    "#line 2896 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23159,7 +23652,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2923 \"springls.h\"\n",
+    "#line 2963 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23174,7 +23667,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2938 \"springls.h\"\n",
+    "#line 2978 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23241,7 +23734,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3006 \"springls.h\"\n",
+    "#line 3046 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -23273,7 +23766,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \\\n",
+    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \\\n",
     "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
     "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
@@ -23532,13 +24025,6 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks phi as synced with particle i: stores its place. */\n",
-    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    model->set.synced_position[i] = model->set.s[i].p;\n",
-    "}\n",
-    "\n",
     "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -23585,7 +24071,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3351 \"springls.h\"\n",
+    "#line 3384 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24022,6 +24508,44 @@ static const char *const springls__kernel_lines[] = {
     "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
     "}\n",
     "\n",
+    "/* Returns the slot of the brick that a place lies in. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
+    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */\n",
+    "SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];\n",
+    "}\n",
+    "\n",
+    "/* Marks phi as synced with particle i, unless it is asleep: stores its place. */\n",
+    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a particle is out of reach of the springls that are awake. */\n",
+    "SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)\n",
+    "{\n",
+    "    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];\n",
+    "}\n",
+    "\n",
+    "/* Returns true when active brick i is asleep, and copies its phi to phi_next. */\n",
+    "SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row, v;\n",
+    "    if (!g->some_asleep || g->awake[g->active[i]]) return false;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
     "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
     "{\n",
@@ -24042,7 +24566,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3809 \"springls.h\"\n",
+    "#line 3880 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24218,7 +24742,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3986 \"springls.h\"\n",
+    "#line 4057 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24391,7 +24915,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4160 \"springls.h\"\n",
+    "#line 4231 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -24510,7 +25034,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4280 \"springls.h\"\n",
+    "#line 4351 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -24659,7 +25183,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4429 \"springls.h\"\n",
+    "#line 4500 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24674,7 +25198,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4445 \"springls.h\"\n",
+    "#line 4516 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -24923,9 +25447,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
-    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
-    "   correspondences so far. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
+    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
+    "   their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -24988,8 +25512,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
-    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
+    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
     "                                                const float *error)\n",
@@ -25004,7 +25528,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4775 \"springls.h\"\n",
+    "#line 4846 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25019,7 +25543,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4790 \"springls.h\"\n",
+    "#line 4861 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25268,9 +25792,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each\n",
-    "   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their\n",
-    "   correspondences so far. */\n",
+    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
+    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
+    "   their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -25333,8 +25857,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so\n",
-    "   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
+    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
     "                                                const float *error)\n",
@@ -25349,7 +25873,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5120 \"springls.h\"\n",
+    "#line 5191 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25366,7 +25890,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5646 \"springls.h\"\n",
+    "#line 5738 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25392,7 +25916,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5673 \"springls.h\"\n",
+    "#line 5765 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -25478,7 +26002,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5760 \"springls.h\"\n",
+    "#line 5852 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -25523,8 +26047,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
     "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
-    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n, float r,\n",
-    "                                         float high)\n",
+    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,\n",
+    "                                           float r, float high)\n",
     "{\n",
     "    springls__springl s = model->set.s[other];\n",
     "    springls__v3 d = springls__sub(s.p, x);\n",
@@ -25606,7 +26130,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5889 \"springls.h\"\n",
+    "#line 5981 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -25695,12 +26219,18 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* The first edge of a springl whose neighbors have not been found: it was asleep. */\n",
+    "#define SPRINGLS__NOT_FOUND (-2)\n",
+    "\n",
+    "/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */\n",
     "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)args;\n",
-    "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;\n",
+    "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
+    "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 5984 \"springls.h\"\n",
+    "#line 6082 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -25724,11 +26254,14 @@ static const char *const springls__kernel_lines[] = {
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
+    "/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */\n",
+    "#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f\n",
+    "\n",
     "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction\n",
     "   `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
-    "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
+    "    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);\n",
     "    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;\n",
     "    springls__tri t;\n",
     "    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);\n",
@@ -25777,7 +26310,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
+    "    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
@@ -25847,17 +26380,17 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
-    "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    bool thin = model->params.keep_thin != 0;\n",
+    "    bool thin = model->params.keep_thin != 0, buried, distant;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->set.mask[i]) return;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
+    "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
+    "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
     "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
@@ -25911,231 +26444,44 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already, or of the mask. */\n",
+    "/* Makes springl i undecided unless it is removed already, of the mask or asleep. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6203 \"springls.h\"\n",
-    "/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover\n",
-    "   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */\n",
+    "#line 6304 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
-    "/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */\n",
-    "#define SPRINGLS__SHARE_DIRECTIONS 6\n",
+    "typedef struct springls__relax_rule {\n",
+    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
+    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
+    "    float sharpness;                 /* lambda_c                                 */\n",
+    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
+    "} springls__relax_rule;\n",
     "\n",
-    "/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */\n",
-    "typedef struct springls__share { float area, cosine, sine; } springls__share;\n",
-    "\n",
-    "/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and\n",
-    "   turn it too far. A masked one keeps its own. */\n",
-    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
     "{\n",
-    "    const float arm = 0.45f; /* voxel */\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    int m;\n",
-    "    (void)args;\n",
-    "    if (!model->set.mask[i])\n",
-    "        for (m = 0; m < 3; m++)\n",
-    "            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);\n",
-    "    springls__relaxed_springls(model)[i] = springls__springl_finished(s);\n",
+    "    springls__relax_rule rule;\n",
+    "    rule.rest = 2.0f * params->particle_radius;\n",
+    "    rule.radius = params->neighbor_radius;\n",
+    "    rule.d_max = params->d_max;\n",
+    "    rule.kappa_int = params->kappa_int;\n",
+    "    rule.kappa_ext = params->kappa_ext;\n",
+    "    rule.sharpness = params->sharpness;\n",
+    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
+    "    rule.step_rotation = params->relax_step_rotation;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
+    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
+    "    return rule;\n",
     "}\n",
     "\n",
-    "/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not\n",
-    "   count. */\n",
-    "typedef struct springls__cell_sides {\n",
-    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
-    "} springls__cell_sides;\n",
-    "\n",
-    "SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };\n",
-    "SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };\n",
-    "\n",
-    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
-    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
-    "{\n",
-    "    int j;\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
-    "        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);\n",
-    "        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);\n",
-    "        springls__vec line = cosine * x + sine * y;\n",
-    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
-    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
-    "    }\n",
-    "    return sides;\n",
-    "}\n",
-    "\n",
-    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
-    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */\n",
-    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
-    "{\n",
-    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
-    "    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
-    "    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];\n",
-    "    springls__cell_sides sides;\n",
-    "    springls__share share;\n",
-    "    int k, j;\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
-    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
-    "        springls__v3 d, area2;\n",
-    "        float facing, near2;\n",
-    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
-    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
-    "            continue;\n",
-    "        }\n",
-    "        o = &model->set.s[codes[k] / 3];\n",
-    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
-    "        facing = springls__dot(area2, n);\n",
-    "        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;\n",
-    "        d = springls__sub(o->p, p);\n",
-    "        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);\n",
-    "        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);\n",
-    "    }\n",
-    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
-    "        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));\n",
-    "        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));\n",
-    "    }\n",
-    "    share.area = 0.0f;\n",
-    "    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {\n",
-    "        share.area += ahead[j] + behind[j];\n",
-    "        odd[j] = ahead[j] - behind[j];\n",
-    "    }\n",
-    "    share.cosine = odd[0] - odd[2] + odd[4];\n",
-    "    share.sine = odd[1] - odd[3] + odd[5];\n",
-    "    return share;\n",
-    "}\n",
-    "\n",
-    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
-    "{\n",
-    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
-    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
-    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
-    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
-    "}\n",
-    "\n",
-    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
-    "{\n",
-    "    float along = springls__sqrt(c * c + s * s) + c;\n",
-    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
-    "}\n",
-    "\n",
-    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
-    "    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */\n",
-    "    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 n, u, v;\n",
-    "    springls__share share;\n",
-    "    (void)args;\n",
-    "    if (!model->set.mask[i]) {\n",
-    "        n = springls__facing(model, s);\n",
-    "        u = springls__first_arm(s, n);\n",
-    "        v = springls__cross(n, u);\n",
-    "        share = springls__share_of(model, i, u, v);\n",
-    "        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);\n",
-    "        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);\n",
-    "    }\n",
-    "    springls__relaxed_springls(model)[i] = s;\n",
-    "}\n",
-    "#line 6330 \"springls.h\"\n",
-    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
-    "\n",
-    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
-    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
-    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
-    "{\n",
-    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
-    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
-    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
-    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
-    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
-    "    float g2 = x * x + y * y + z * z;\n",
-    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
-    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
-    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Returns f times the upwind difference of phi along one axis. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
-    "}\n",
-    "\n",
-    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
-    "{\n",
-    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
-    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
-    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
-    "}\n",
-    "\n",
-    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec c = springls__vec_load(phi + i);\n",
-    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside)) {\n",
-    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
-    "            c = springls__vec_select(inside, next, c);\n",
-    "        }\n",
-    "        springls__vec_store(out + i, c);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                              SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
-    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
-    "    float block[27];\n",
-    "    int row, x, d;\n",
-    "    (void)args;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
-    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
-    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
-    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
-    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "#line 6407 \"springls.h\"\n",
-    "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
-    "\n",
-    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
-    "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
-    "\n",
-    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
-    "#define SPRINGLS__SAME_SHEET 0.4f\n",
-    "\n",
-    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
-    "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
-    "\n",
-    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
-    "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
-    "\n",
-    "#line 6422 \"springls.h\"\n",
+    "#line 6334 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26150,18 +26496,176 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6438 \"springls.h\"\n",
-    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
+    "#line 6350 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
-    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
     "{\n",
-    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
-    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
-    "    t = t * t;\n",
-    "    return t * t;\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
     "}\n",
-    "#line 6449 \"springls.h\"\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 6519 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26176,7 +26680,251 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6464 \"springls.h\"\n",
+    "#line 6534 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
+    "}\n",
+    "#line 6703 \"springls.h\"\n",
+    "\n",
+    "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
+    "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is\n",
+    "   asleep. */\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);\n",
+    "    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        bool all = true;\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);\n",
+    "        if (all) springls__vec_relax_springl(model, rule, begin);\n",
+    "        else\n",
+    "            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
+    "   Springls of the mask stay as they are. */\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
+    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
+    "    (void)args;\n",
+    "    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)\n",
+    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    model->set.s[i] = springls__reversed(s);\n",
+    "}\n",
+    "#line 6749 \"springls.h\"\n",
+    "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
+    "\n",
+    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
+    "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
+    "\n",
+    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
+    "#define SPRINGLS__SAME_SHEET 0.4f\n",
+    "\n",
+    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
+    "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
+    "\n",
+    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
+    "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
+    "\n",
+    "#line 6764 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 6780 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -26187,7 +26935,33 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6475 \"springls.h\"\n",
+    "#line 6791 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 6806 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
+    "\n",
+    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
+    "{\n",
+    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
+    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    t = t * t;\n",
+    "    return t * t;\n",
+    "}\n",
+    "#line 6817 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -26290,7 +27064,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6579 \"springls.h\"\n",
+    "#line 6921 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -26722,9 +27496,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool candidate = false;\n",
+    "    bool candidate = false, asleep = springls__is_asleep(model, i);\n",
     "    int other;\n",
-    "    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
     "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
     "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
@@ -26745,6 +27519,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */\n",
     "    int k;\n",
     "    (void)args;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
@@ -26765,11 +27540,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];\n",
     "    int m;\n",
     "    (void)args;\n",
-    "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
+    "    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7059 \"springls.h\"\n",
+    "#line 7402 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -26876,7 +27651,427 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7167 \"springls.h\"\n",
+    "#line 7510 \"springls.h\"\n",
+    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
+    "\n",
+    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
+    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "{\n",
+    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
+    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
+    "    if (ab >= bc && ab >= ca) return 0;\n",
+    "    return bc >= ca ? 1 : 2;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "{\n",
+    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
+    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
+    "}\n",
+    "\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
+    "   orientation. */\n",
+    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
+    "{\n",
+    "    int edge = springls__longest_edge(t);\n",
+    "    springls__tri turned = t, child;\n",
+    "    springls__v3 middle;\n",
+    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
+    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
+    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
+    "    child.a = second ? middle : turned.a;\n",
+    "    child.b = second ? turned.b : middle;\n",
+    "    child.c = turned.c;\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Half of a springl that is split. */\n",
+    "typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;\n",
+    "\n",
+    "/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
+    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
+    "SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child;\n",
+    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
+    "    springls__fit_result fit;\n",
+    "    int m;\n",
+    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
+    "    child.a = model->set.a[i];\n",
+    "    child.error = 0.0f;\n",
+    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
+    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    if (!fit.ok) return child;\n",
+    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "    child.s.p = fit.point;\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.a = springls__project_on_original(model, fit.a);\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Makes a child of half of springl i's triangle, and estimates its error. */\n",
+    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child = springls__place_child(model, i, second);\n",
+    "    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
+    "{\n",
+    "    const springls_params *p = &model->params;\n",
+    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
+    "    return !model->set.mask[i] && !springls__is_asleep(model, i)\n",
+    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
+    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
+    "}\n",
+    "\n",
+    "/* Flags springl i in split_number when it is to be split. */\n",
+    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
+    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
+    "{\n",
+    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
+    "        && springls__is_overgrown(model, i);\n",
+    "}\n",
+    "\n",
+    "/* Splits springl i into halves, stored by its number. */\n",
+    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
+    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
+    "}\n",
+    "\n",
+    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
+    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t number = springls__split_number(model)[i];\n",
+    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
+    "    springls__half first, second;\n",
+    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
+    "    int n = model->set.count + (int)number;\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    first = springls__split_halves(model)[2u * number];\n",
+    "    second = springls__split_halves(model)[2u * number + 1u];\n",
+    "    model->set.generation[i]++;\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
+    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
+    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
+    "    model->set.s[i] = first.s;\n",
+    "    model->set.a[i] = first.a;\n",
+    "    model->set.error[i] = first.error;\n",
+    "    model->set.error[n] = second.error;\n",
+    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
+    "}\n",
+    "#line 7635 \"springls.h\"\n",
+    "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
+    "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
+    "\n",
+    "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
+    "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
+    "    arm = springls__normalize(springls__mad(arm, n, -springls__dot(n, arm)));\n",
+    "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
+    "}\n",
+    "\n",
+    "/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its\n",
+    "   share reach across creases, and turn it too far. A masked one keeps its own. */\n",
+    "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float area = 0.263055214f; /* voxel^2, with arms of 0.45 voxel */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n;\n",
+    "    (void)args;\n",
+    "    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "\n",
+    "/* A springl's share of the surface in its tangent plane, as a place x + i y about the particle. */\n",
+    "typedef struct springls__share {\n",
+    "    float area;             /* voxel^2                                                          */\n",
+    "    float x, y;             /* centroid, voxel                                                  */\n",
+    "    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */\n",
+    "    float cosine, sine;     /* third harmonic about the centroid: the corners                   */\n",
+    "    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */\n",
+    "} springls__share;\n",
+    "\n",
+    "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest\n",
+    "   side, 1 / voxel. Two of eight do not count. */\n",
+    "typedef struct springls__cell_sides {\n",
+    "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
+    "} springls__cell_sides;\n",
+    "\n",
+    "/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */\n",
+    "SPRINGLS__CONST float springls__share_harmonics[7][8] = {\n",
+    "    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 0.866025404f, 0.866025404f, 0.0f, -0.866025404f, -0.866025404f, 0.0f, 0.0f },\n",
+    "    { 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f },\n",
+    "    { 0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f }\n",
+    "};\n",
+    "\n",
+    "/* Cuts off what lies beyond the line x X + y Y = 1. */\n",
+    "SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec cosine = springls__vec_load(springls__share_harmonics[1] + j * SPRINGLS__LANES);\n",
+    "        springls__vec sine = springls__vec_load(springls__share_harmonics[2] + j * SPRINGLS__LANES);\n",
+    "        springls__vec line = cosine * x + sine * y;\n",
+    "        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);\n",
+    "        sides.behind[j] = springls__vec_max(sides.behind[j], -line);\n",
+    "    }\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* A power of the cell's width in six directions. */\n",
+    "typedef struct springls__cell_power { springls__vec of[8 / SPRINGLS__LANES]; } springls__cell_power;\n",
+    "\n",
+    "/* Sums one over the directions, times a row of the harmonics. */\n",
+    "SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, int row)\n",
+    "{\n",
+    "    float product[8];\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++)\n",
+    "        springls__vec_store(product + j * SPRINGLS__LANES,\n",
+    "                            power.of[j] * springls__vec_load(springls__share_harmonics[row] + j * SPRINGLS__LANES));\n",
+    "    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);\n",
+    "}\n",
+    "\n",
+    "/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the\n",
+    "   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
+    "SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)\n",
+    "{\n",
+    "    const float angle = 0.523598776f;\n",
+    "    springls__cell_power second, third, fourth, fifth;\n",
+    "    springls__share share;\n",
+    "    float mean, x, y, xx, xy, spread, scale;\n",
+    "    int j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {\n",
+    "        springls__vec a = 1.0f / sides.ahead[j], a2 = a * a, b = 1.0f / sides.behind[j], b2 = b * b;\n",
+    "        second.of[j] = a2 + b2;\n",
+    "        third.of[j] = a2 * a - b2 * b;\n",
+    "        fourth.of[j] = a2 * a2 + b2 * b2;\n",
+    "        fifth.of[j] = a2 * a2 * a - b2 * b2 * b;\n",
+    "    }\n",
+    "    share.area = angle / 2.0f * springls__sum_directions(second, 0);\n",
+    "    mean = angle / share.area;\n",
+    "    x = share.x = mean / 3.0f * springls__sum_directions(third, 1);\n",
+    "    y = share.y = mean / 3.0f * springls__sum_directions(third, 2);\n",
+    "    spread = mean / 4.0f * springls__sum_directions(fourth, 0) - (x * x + y * y);\n",
+    "    xx = mean / 4.0f * springls__sum_directions(fourth, 3) - (x * x - y * y);\n",
+    "    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;\n",
+    "    share.longer = xx / spread;\n",
+    "    share.askew = xy / spread;\n",
+    "    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */\n",
+    "    scale = 1.0f / (spread * springls__sqrt(spread));\n",
+    "    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);\n",
+    "    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);\n",
+    "    share.cosine *= scale;\n",
+    "    share.sine *= scale;\n",
+    "    share.bend = 0.0f;\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
+    "{\n",
+    "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
+    "    springls__cell_sides sides;\n",
+    "    springls__share share;\n",
+    "    float heights = 0.0f, squares = 1e-6f;\n",
+    "    int k, j;\n",
+    "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
+    "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o;\n",
+    "        springls__v3 d, area2;\n",
+    "        float facing, cosine2, height, d2;\n",
+    "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
+    "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
+    "            continue;\n",
+    "        }\n",
+    "        o = &model->set.s[codes[k] / 3];\n",
+    "        area2 = springls__tri_area2(springls__springl_tri(*o));\n",
+    "        facing = springls__dot(area2, n);\n",
+    "        cosine2 = facing * facing / springls__max(springls__length2(area2), 1e-12f);\n",
+    "        if (facing < 0.0f && cosine2 >= opposite2) continue;\n",
+    "        d = springls__sub(o->p, p);\n",
+    "        d2 = springls__max(springls__length2(d), 1e-6f);\n",
+    "        if (facing > 0.0f) {\n",
+    "            height = springls__dot(d, n);\n",
+    "            heights += cosine2 * height;\n",
+    "            squares += cosine2 * (d2 - height * height);\n",
+    "        }\n",
+    "        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));\n",
+    "    }\n",
+    "    share = springls__share_of_cell(sides);\n",
+    "    share.bend = heights / squares;\n",
+    "    return share;\n",
+    "}\n",
+    "\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
+    "{\n",
+    "    float along = springls__sqrt(c * c + s * s) + c;\n",
+    "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns q, stretched about the centre as the share is, at the same area. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,\n",
+    "                                                 springls__share share)\n",
+    "{\n",
+    "    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));\n",
+    "    springls__v3 e = springls__scale(springls__sub(q, centre), scale);\n",
+    "    float x = springls__dot(e, u), y = springls__dot(e, v);\n",
+    "    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);\n",
+    "}\n",
+    "\n",
+    "/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */\n",
+    "SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)\n",
+    "{\n",
+    "    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));\n",
+    "    if (l2 <= longest * longest) return t;\n",
+    "    t.a = springls__lerp(centre, t.a, size);\n",
+    "    t.b = springls__lerp(centre, t.b, size);\n",
+    "    t.c = springls__lerp(centre, t.c, size);\n",
+    "    return t;\n",
+    "}\n",
+    "\n",
+    "/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is\n",
+    "   as far below the surface's corners as above its particle. */\n",
+    "SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,\n",
+    "                                                          springls__share share, float longest_edge)\n",
+    "{\n",
+    "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
+    "    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */\n",
+    "    const float highest = 0.1f;  /* voxel */\n",
+    "    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;\n",
+    "    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);\n",
+    "    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
+    "    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
+    "    t.a = springls__stretched(t.a, centre, u, v, share);\n",
+    "    t.b = springls__stretched(t.b, centre, u, v, share);\n",
+    "    t.c = springls__stretched(t.c, centre, u, v, share);\n",
+    "    return springls__with_edges_below(t, centre, longest_edge);\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n, u, v;\n",
+    "    if (springls__is_asleep(model, i)) {\n",
+    "        springls__keep_asleep(model, args, i);\n",
+    "        return;\n",
+    "    }\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        n = springls__facing(model, s);\n",
+    "        u = springls__first_arm(s, n);\n",
+    "        v = springls__cross(n, u);\n",
+    "        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);\n",
+    "    }\n",
+    "    springls__relaxed_springls(model)[i] = s;\n",
+    "}\n",
+    "#line 7856 \"springls.h\"\n",
+    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
+    "\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
+    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
+    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
+    "{\n",
+    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
+    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
+    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
+    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
+    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
+    "    float g2 = x * x + y * y + z * z;\n",
+    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
+    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
+    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns f times the upwind difference of phi along one axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
+    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
+    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
+    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
+    "    float block[27];\n",
+    "    int row, x, d;\n",
+    "    (void)args;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
+    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
+    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 7933 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -26959,8 +28154,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__seed seed = springls__seed_beside(model, i);\n",
+    "    springls__seed seed;\n",
     "    (void)args;\n",
+    "    springls__seed_action(model)[i] = SPRINGLS__REMOVE;\n",
+    "    if (springls__is_asleep(model, i)) return;\n",
+    "    seed = springls__seed_beside(model, i);\n",
     "    springls__seeds(model)[i] = seed;\n",
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
@@ -27015,7 +28213,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 7307 \"springls.h\"\n",
+    "#line 8076 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -27204,7 +28402,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 7497 \"springls.h\"\n",
+    "#line 8266 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -27267,6 +28465,11 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t count = 0u;\n",
     "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {\n",
+    "        for (row = model->group.item; row < 81; row += model->group.items)\n",
+    "            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        return;\n",
+    "    }\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
     "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
@@ -27326,7 +28529,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 7620 \"springls.h\"\n",
+    "#line 8394 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -27335,11 +28538,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 2.5f; /* voxels: springls move by no more than two at once */\n",
-    "    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
+    "    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);\n",
     "    (void)args;\n",
     "    if (side != 0) model->set.overlapped[i] = side < 0;\n",
     "}\n",
-    "#line 7634 \"springls.h\"\n",
+    "#line 8408 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -27353,6 +28556,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
     "    (void)args;\n",
+    "    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
@@ -27703,6 +28907,7 @@ static const char *const springls__kernel_lines[] = {
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
@@ -27757,7 +28962,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
-    "#line 8053 \"springls.h\"\n",
+    "#line 8829 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -27882,6 +29087,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
@@ -27908,565 +29114,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 8205 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
-    "\n",
-    "typedef struct springls__relax_rule {\n",
-    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
-    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
-    "    float sharpness;                 /* lambda_c                                 */\n",
-    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    springls_threshold threshold;    /* H                                         */\n",
-    "    springls_weight weight;          /* W                                         */\n",
-    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
-    "} springls__relax_rule;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
-    "{\n",
-    "    springls__relax_rule rule;\n",
-    "    rule.rest = 2.0f * params->particle_radius;\n",
-    "    rule.radius = params->neighbor_radius;\n",
-    "    rule.d_max = params->d_max;\n",
-    "    rule.kappa_int = params->kappa_int;\n",
-    "    rule.kappa_ext = params->kappa_ext;\n",
-    "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->cover ? 0.0f : params->relax_step_length; /* springs turn a triangle; its share sizes it */\n",
-    "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = params->threshold;\n",
-    "    rule.weight = params->weight;\n",
-    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
-    "    return rule;\n",
-    "}\n",
-    "\n",
-    "#line 8235 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 8251 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 8420 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8435 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
-    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
-    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
-    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v after the turn (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
-    "}\n",
-    "#line 8604 \"springls.h\"\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
-    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
-    "{\n",
-    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    int i;\n",
-    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
-    "        springls__vec_relax_springl(model, rule, begin);\n",
-    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
-    "            if (model->set.mask[i]) springls__relax_element(model, args, i);\n",
-    "    }\n",
-    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
-    "}\n",
-    "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet.\n",
-    "   Springls of the mask stay as they are. */\n",
-    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
-    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
-    "    (void)args;\n",
-    "    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)\n",
-    "        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    model->set.s[i] = springls__reversed(s);\n",
-    "}\n",
-    "#line 8641 \"springls.h\"\n",
-    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
-    "\n",
-    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
-    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
-    "{\n",
-    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
-    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
-    "    if (ab >= bc && ab >= ca) return 0;\n",
-    "    return bc >= ca ? 1 : 2;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
-    "{\n",
-    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
-    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
-    "}\n",
-    "\n",
-    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
-    "   orientation. */\n",
-    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
-    "{\n",
-    "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, child;\n",
-    "    springls__v3 middle;\n",
-    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
-    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
-    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    child.a = second ? middle : turned.a;\n",
-    "    child.b = second ? turned.b : middle;\n",
-    "    child.c = turned.c;\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Half of a springl that is split. */\n",
-    "typedef struct springls__half { springls__springl s; springls__v3 a; float error; } springls__half;\n",
-    "\n",
-    "/* Places a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
-    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
-    "SPRINGLS__MATHS springls__half springls__place_child(const springls__model *model, int i, int second)\n",
-    "{\n",
-    "    springls__half child;\n",
-    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
-    "    springls__fit_result fit;\n",
-    "    int m;\n",
-    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
-    "    child.a = model->set.a[i];\n",
-    "    child.error = 0.0f;\n",
-    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
-    "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "    if (!fit.ok) return child;\n",
-    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "    child.s.p = fit.point;\n",
-    "    child.s = springls__springl_finished(child.s);\n",
-    "    child.a = springls__project_on_original(model, fit.a);\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Makes a child of half of springl i's triangle, and estimates its error. */\n",
-    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
-    "{\n",
-    "    springls__half child = springls__place_child(model, i, second);\n",
-    "    child.error = springls__error_at_birth(model, child.s.p, springls__springl_normal(child.s), child.a, model->set.count);\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
-    "{\n",
-    "    const springls_params *p = &model->params;\n",
-    "    springls__tri t = springls__springl_tri(model->set.s[i]);\n",
-    "    return !model->set.mask[i]\n",
-    "        && (springls__longest_edge2(t) > p->split_edge * p->split_edge\n",
-    "            || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);\n",
-    "}\n",
-    "\n",
-    "/* Flags springl i in split_number when it is to be split. */\n",
-    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model, i) ? 1u : 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
-    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
-    "{\n",
-    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
-    "        && springls__is_overgrown(model, i);\n",
-    "}\n",
-    "\n",
-    "/* Splits springl i into halves, stored by its number. */\n",
-    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint32_t n = springls__split_number(model)[i];\n",
-    "    if (!springls__is_split(model, i, args)) return;\n",
-    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
-    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
-    "}\n",
-    "\n",
-    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
-    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint32_t number = springls__split_number(model)[i];\n",
-    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
-    "    springls__half first, second;\n",
-    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
-    "    int n = model->set.count + (int)number;\n",
-    "    if (!springls__is_split(model, i, args)) return;\n",
-    "    first = springls__split_halves(model)[2u * number];\n",
-    "    second = springls__split_halves(model)[2u * number + 1u];\n",
-    "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], 0u);\n",
-    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
-    "    model->set.parent[n] = model->set.id[i];\n",
-    "    springls__inherit_components(model, n, i);\n",
-    "    model->set.overlapped[n] = model->set.overlapped[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
-    "    model->set.birth[n] = model->set.birth[i];\n",
-    "    model->set.s[i] = first.s;\n",
-    "    model->set.a[i] = first.a;\n",
-    "    model->set.error[i] = first.error;\n",
-    "    model->set.error[n] = second.error;\n",
-    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
-    "}\n",
-    "#line 8766 \"springls.h\"\n",
+    "#line 8982 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -28499,13 +29147,6 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
     "    (void)args;\n",
     "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
-    "}\n",
-    "\n",
-    "/* Returns the slot of the brick that a place lies in. */\n",
-    "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
-    "{\n",
-    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
-    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
@@ -28557,7 +29198,104 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 8858 \"springls.h\"\n",
+    "#line 9067 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && component == outside;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = color >> 2; z < 8; z += 2)\n",
+    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = color & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)args;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 9165 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -28788,6 +29526,7 @@ static const char *const springls__kernel_lines[] = {
     "    int row;\n",
     "    (void)args;\n",
     "    if (model->group.item == 0) *candidates = 0;\n",
+    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
@@ -28811,6 +29550,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    if (!springls__has_joint_candidates(model)[i]) return;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -28822,6 +29562,39 @@ static const char *const springls__kernel_lines[] = {
     "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
     "        }\n",
     "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- punctures ---- */\n",
+    "\n",
+    "#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */\n",
+    "\n",
+    "/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and\n",
+    "   connects two parts of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    float phi = springls__phi_of(g, at);\n",
+    "    unsigned mask;\n",
+    "    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;\n",
+    "    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);\n",
+    "    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__joint here, there;\n",
+    "    int d, axis;\n",
+    "    if (!springls__is_puncture(g, at)) return false;\n",
+    "    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];\n",
+    "    here.phi = springls__phi_of(g, at);\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        there.at[0] = at[0] + d % 3 - 1;\n",
+    "        there.at[1] = at[1] + d / 3 % 3 - 1;\n",
+    "        there.at[2] = at[2] + d / 9 - 1;\n",
+    "        there.phi = springls__phi_of(g, there.at);\n",
+    "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
+    "    }\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
@@ -28902,126 +29675,32 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
     "}\n",
     "\n",
-    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */\n",
+    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
-    "    const float max_neighbors = (float)(max_voxels - 1);\n",
+    "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
+    "    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
+    "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        float beside[8];\n",
-    "        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;\n",
+    "        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;\n",
     "        for (x = 0; x < 8; x++) {\n",
-    "            if (beside[x] > max_neighbors) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_speck_voxel(g, at, least, max_voxels))\n",
+    "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
     "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
+    "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
+    "                springls__next_row(g, i, row)[x] = filled;\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9226 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
-    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
-    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
-    "   neighbors count. */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
-    "        component &= near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~component) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
-    "    while (component != before) {\n",
-    "        before = component;\n",
-    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && component == outside;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
-    "{\n",
-    "    unsigned mask = 0;\n",
-    "    int d;\n",
-    "    for (d = 0; d < 27; d++)\n",
-    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
-    "    return mask;\n",
-    "}\n",
-    "\n",
-    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
-    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = color >> 2; z < 8; z += 2)\n",
-    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = color & 1; x < 8; x += 2) {\n",
-    "                int v = x + 8 * y + 64 * z;\n",
-    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
-    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
-    "            }\n",
-    "}\n",
-    "\n",
-    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int x;\n",
-    "    (void)args;\n",
-    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
-    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
-    "}\n",
-    "#line 9324 \"springls.h\"\n",
+    "#line 9571 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29097,7 +29776,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9401 \"springls.h\"\n",
+    "#line 9648 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -29333,7 +30012,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9638 \"springls.h\"\n",
+    "#line 9885 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -29358,7 +30037,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9664 \"springls.h\"\n",
+    "#line 9911 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -29617,7 +30296,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 9924 \"springls.h\"\n",
+    "#line 10171 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -29714,7 +30393,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 29718 \"springls.h\"\n",
+    "#line 30397 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -30344,6 +31023,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
+#endif
     ""   /* not counted: the array must not be empty */
 };
 
@@ -30745,8 +31425,8 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
-    if (!other || other == ctx)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (!other) return springls__fail_null(ctx, "combine", "the other model");
+    if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
         || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
@@ -30764,9 +31444,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     status = springls__begin_reading(other);
-    if (status == SPRINGLS_OK) status = springls__settle_written(other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -30785,7 +31465,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
@@ -30947,7 +31627,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.zero_level);
@@ -31026,7 +31706,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;
     time = ctx->time;
     if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
@@ -31066,7 +31746,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }

@@ -24,6 +24,9 @@
 #ifndef SPRINGLS_CL_H
 #define SPRINGLS_CL_H
 
+#ifdef SPRINGLS_NO_OPENCL
+#error "SPRINGLS_NO_OPENCL leaves out the kernels that springls_cl.h runs: define it only without this header"
+#endif
 #include "springls.h"
 
 #ifdef SPRINGLS_NAMESPACE /* as the functions of springls.h */

@@ -16,14 +16,18 @@ static void whirl(void *user, const float *x, int count, float time, float *v)
 
 int main(void)
 {
-    springls_desc desc = {.grid = {.size = {64, 64, 64}}};
+    springls_desc desc = springls_default_desc();
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
     springls_sphere ball = {.center = {32, 44, 32}, .radius = 12};
-    springls_forces forces = {.velocity = whirl};
-    springls_step_desc step = {.forces = &forces, .dt = 0.02f};
     springls_context *model;
     springls_measures m;
 
-    if (springls_create(&desc, &model) != SPRINGLS_OK) return 1;
+    desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 64;
+    forces.velocity = whirl;
+    step.forces = &forces;
+    step.dt = 0.02f;
+    if (springls_create(&desc, &model) != SPRINGLS_OK) return puts(springls_create_error(&desc)), 1;
     springls_set_implicit(model, springls_implicit_sphere, &ball);
     for (int i = 0; i <= 100; i++) {
         if (i % 25 == 0 && springls_measure(model, &m) == SPRINGLS_OK)

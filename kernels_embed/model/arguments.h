@@ -17,6 +17,12 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
+typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
+
+/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
+typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -67,6 +73,8 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__relax_arguments relax;
+    springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;

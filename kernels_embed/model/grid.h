@@ -438,6 +438,44 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
     for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
 }
 
+/* Returns the slot of the brick that a place lies in. */
+SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
+{
+    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
+                             springls__cell_coordinate(x.z, g->size[2]));
+}
+
+/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
+SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)
+{
+    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+}
+
+/* Marks phi as synced with particle i, unless it is asleep: stores its place. */
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
+}
+
+/* Returns true when a particle is out of reach of the springls that are awake. */
+SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
+{
+    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
+}
+
+/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
+{
+    const springls__grid *g = &model->grid;
+    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row, v;
+    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+    return true;
+}
+
 /* Wakes the brick of a slot: its springls count as having stirred. */
 SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
 {

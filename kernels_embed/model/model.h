@@ -41,7 +41,7 @@
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, at most CALM_LIMIT      */ \
+    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \
     X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
     X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
@@ -298,13 +298,6 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
     springls__record_renew(model, i, &record);
     springls__record_store(model, i, record);
-}
-
-/* Marks phi as synced with particle i: stores its place. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */

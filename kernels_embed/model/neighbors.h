@@ -92,10 +92,16 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
+/* The first edge of a springl whose neighbors have not been found: it was asleep. */
+#define SPRINGLS__NOT_FOUND (-2)
+
+/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
+    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    else springls__find_neighbors(model, i, row);
 }
 
 #endif

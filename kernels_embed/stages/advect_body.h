@@ -246,9 +246,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far each
-   moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of their
-   correspondences so far. */
+/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
+   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
+   their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -311,8 +311,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and so
-   on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
+   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
                                                 const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
                                                 const float *error)

@@ -28,11 +28,14 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
+/* The square of an equilateral triangle's radius over its area, 4 / (3 sqrt 3). */
+#define SPRINGLS__RADIUS2_BY_AREA 0.769800359f
+
 /* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
    `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
-    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
+    float radius = springls__sqrt(area * SPRINGLS__RADIUS2_BY_AREA);
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
     u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
@@ -81,7 +84,7 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
 /* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
@@ -151,17 +154,17 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool buried = model->params.project_level_set && springls__is_buried(model, s);
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    bool thin = model->params.keep_thin != 0;
+    bool thin = model->params.keep_thin != 0, buried, distant;
     *action = SPRINGLS__KEEP;
-    if (model->set.mask[i]) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i)) return;
+    buried = model->params.project_level_set && springls__is_buried(model, s);
+    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
         && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
@@ -215,12 +218,12 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, or of the mask. */
+/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*action != SPRINGLS__REMOVE && !model->set.mask[i]) *action = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 
 #endif

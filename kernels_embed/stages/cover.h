@@ -1,97 +1,13 @@
-/* cover.h - every springl becomes an equilateral triangle of its own share of the surface (params.cover). Equal triangles cover
-   the most with their corners in the gaps between neighbors, and so with their edges towards the nearest ones. */
+/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the
+   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
 #ifndef SPRINGLS__KERNEL_STAGES_COVER_H
 #define SPRINGLS__KERNEL_STAGES_COVER_H
 
 #include "../language/simd.h"
 #include "../model/model.h"
 #include "contract.h"
-
-/* Directions of half a turn about a springl in which its share is measured, 30 degrees apart; the other half's are opposite. */
-#define SPRINGLS__SHARE_DIRECTIONS 6
-
-/* A springl's share of the surface, voxel^2, and the third harmonic of its width by direction: its corners. */
-typedef struct springls__share { float area, cosine, sine; } springls__share;
-
-/* Shortens the arms of springl i for relax and for finding its neighbors: arms as long as its share reach across creases, and
-   turn it too far. A masked one keeps its own. */
-SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float arm = 0.45f; /* voxel */
-    springls__springl s = model->set.s[i];
-    int m;
-    (void)args;
-    if (!model->set.mask[i])
-        for (m = 0; m < 3; m++)
-            s.q[m] = springls__mad(s.p, springls__normalize(springls__sub(s.q[m], s.p)), arm);
-    springls__relaxed_springls(model)[i] = springls__springl_finished(s);
-}
-
-/* A springl's cell by direction, and by the opposite one: 1 / distance to the nearest side, 1 / voxel. Two of eight do not
-   count. */
-typedef struct springls__cell_sides {
-    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
-} springls__cell_sides;
-
-SPRINGLS__CONST float springls__share_cosines[8] = { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f };
-SPRINGLS__CONST float springls__share_sines[8] = { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f };
-
-/* Cuts off what lies beyond the line x X + y Y = 1. */
-SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
-{
-    int j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec cosine = springls__vec_load(springls__share_cosines + j * SPRINGLS__LANES);
-        springls__vec sine = springls__vec_load(springls__share_sines + j * SPRINGLS__LANES);
-        springls__vec line = cosine * x + sine * y;
-        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
-        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
-    }
-    return sides;
-}
-
-/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
-   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do. */
-SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
-{
-    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
-    const float sector = 0.261799388f;             /* of 30 degrees: pi/12 radius^2 */
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
-    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
-    float ahead[8], behind[8], odd[SPRINGLS__SHARE_DIRECTIONS];
-    springls__cell_sides sides;
-    springls__share share;
-    int k, j;
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
-    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
-        SPRINGLS__GLOBAL const springls__springl *o;
-        springls__v3 d, area2;
-        float facing, near2;
-        if (codes[k] < 0) { /* skips the rest of a vertex's list */
-            k |= SPRINGLS__MAX_NEIGHBORS - 1;
-            continue;
-        }
-        o = &model->set.s[codes[k] / 3];
-        area2 = springls__tri_area2(springls__springl_tri(*o));
-        facing = springls__dot(area2, n);
-        if (facing < 0.0f && facing * facing >= opposite2 * springls__length2(area2)) continue;
-        d = springls__sub(o->p, p);
-        near2 = 2.0f / springls__max(springls__length2(d), 1e-6f);
-        sides = springls__cut_cell(sides, springls__dot(d, u) * near2, springls__dot(d, v) * near2);
-    }
-    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
-        springls__vec_store(ahead + j * SPRINGLS__LANES, sector / (sides.ahead[j] * sides.ahead[j]));
-        springls__vec_store(behind + j * SPRINGLS__LANES, sector / (sides.behind[j] * sides.behind[j]));
-    }
-    share.area = 0.0f;
-    for (j = 0; j < SPRINGLS__SHARE_DIRECTIONS; j++) {
-        share.area += ahead[j] + behind[j];
-        odd[j] = ahead[j] - behind[j];
-    }
-    share.cosine = odd[0] - odd[2] + odd[4];
-    share.sine = odd[1] - odd[3] + odd[5];
-    return share;
-}
+#include "relax.h"
+#include "resample.h"
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
 SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
@@ -102,6 +18,149 @@ SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__
     return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
 }
 
+/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
+   share reach across creases, and turn it too far. A masked one keeps its own. */
+SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float area = 0.263055214f; /* voxel^2, with arms of 0.45 voxel */
+    springls__springl s = model->set.s[i];
+    springls__v3 n;
+    (void)args;
+    if (!model->set.mask[i] && !springls__is_fast_asleep(model, s.p)) {
+        n = springls__facing(model, s);
+        s = springls__springl_make(springls__equilateral(s.p, n, springls__first_arm(s, n), area), s.p);
+    }
+    springls__relaxed_springls(model)[i] = s;
+}
+
+/* A springl's share of the surface in its tangent plane, as a place x + i y about the particle. */
+typedef struct springls__share {
+    float area;             /* voxel^2                                                          */
+    float x, y;             /* centroid, voxel                                                  */
+    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */
+    float cosine, sine;     /* third harmonic about the centroid: the corners                   */
+    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
+} springls__share;
+
+/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
+   side, 1 / voxel. Two of eight do not count. */
+typedef struct springls__cell_sides {
+    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
+} springls__cell_sides;
+
+/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */
+SPRINGLS__CONST float springls__share_harmonics[7][8] = {
+    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },
+    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },
+    { 0.0f, 0.5f, 0.866025404f, 1.0f, 0.866025404f, 0.5f, 0.0f, 0.0f },
+    { 1.0f, 0.5f, -0.5f, -1.0f, -0.5f, 0.5f, 0.0f, 0.0f },
+    { 0.0f, 0.866025404f, 0.866025404f, 0.0f, -0.866025404f, -0.866025404f, 0.0f, 0.0f },
+    { 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f },
+    { 0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 1.0f, 0.0f, 0.0f }
+};
+
+/* Cuts off what lies beyond the line x X + y Y = 1. */
+SPRINGLS__VEC_MATHS springls__cell_sides springls__cut_cell(springls__cell_sides sides, float x, float y)
+{
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec cosine = springls__vec_load(springls__share_harmonics[1] + j * SPRINGLS__LANES);
+        springls__vec sine = springls__vec_load(springls__share_harmonics[2] + j * SPRINGLS__LANES);
+        springls__vec line = cosine * x + sine * y;
+        sides.ahead[j] = springls__vec_max(sides.ahead[j], line);
+        sides.behind[j] = springls__vec_max(sides.behind[j], -line);
+    }
+    return sides;
+}
+
+/* A power of the cell's width in six directions. */
+typedef struct springls__cell_power { springls__vec of[8 / SPRINGLS__LANES]; } springls__cell_power;
+
+/* Sums one over the directions, times a row of the harmonics. */
+SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, int row)
+{
+    float product[8];
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++)
+        springls__vec_store(product + j * SPRINGLS__LANES,
+                            power.of[j] * springls__vec_load(springls__share_harmonics[row] + j * SPRINGLS__LANES));
+    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
+}
+
+/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
+{
+    const float angle = 0.523598776f;
+    springls__cell_power second, third, fourth, fifth;
+    springls__share share;
+    float mean, x, y, xx, xy, spread, scale;
+    int j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) {
+        springls__vec a = 1.0f / sides.ahead[j], a2 = a * a, b = 1.0f / sides.behind[j], b2 = b * b;
+        second.of[j] = a2 + b2;
+        third.of[j] = a2 * a - b2 * b;
+        fourth.of[j] = a2 * a2 + b2 * b2;
+        fifth.of[j] = a2 * a2 * a - b2 * b2 * b;
+    }
+    share.area = angle / 2.0f * springls__sum_directions(second, 0);
+    mean = angle / share.area;
+    x = share.x = mean / 3.0f * springls__sum_directions(third, 1);
+    y = share.y = mean / 3.0f * springls__sum_directions(third, 2);
+    spread = mean / 4.0f * springls__sum_directions(fourth, 0) - (x * x + y * y);
+    xx = mean / 4.0f * springls__sum_directions(fourth, 3) - (x * x - y * y);
+    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;
+    share.longer = xx / spread;
+    share.askew = xy / spread;
+    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */
+    scale = 1.0f / (spread * springls__sqrt(spread));
+    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);
+    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
+    share.cosine *= scale;
+    share.sine *= scale;
+    share.bend = 0.0f;
+    return share;
+}
+
+/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+{
+    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
+    springls__cell_sides sides;
+    springls__share share;
+    float heights = 0.0f, squares = 1e-6f;
+    int k, j;
+    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
+    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
+        SPRINGLS__GLOBAL const springls__springl *o;
+        springls__v3 d, area2;
+        float facing, cosine2, height, d2;
+        if (codes[k] < 0) { /* skips the rest of a vertex's list */
+            k |= SPRINGLS__MAX_NEIGHBORS - 1;
+            continue;
+        }
+        o = &model->set.s[codes[k] / 3];
+        area2 = springls__tri_area2(springls__springl_tri(*o));
+        facing = springls__dot(area2, n);
+        cosine2 = facing * facing / springls__max(springls__length2(area2), 1e-12f);
+        if (facing < 0.0f && cosine2 >= opposite2) continue;
+        d = springls__sub(o->p, p);
+        d2 = springls__max(springls__length2(d), 1e-6f);
+        if (facing > 0.0f) {
+            height = springls__dot(d, n);
+            heights += cosine2 * height;
+            squares += cosine2 * (d2 - height * height);
+        }
+        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));
+    }
+    share = springls__share_of_cell(sides);
+    share.bend = heights / squares;
+    return share;
+}
+
 /* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
 SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
 {
@@ -109,23 +168,60 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
     return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
 }
 
+/* Returns q, stretched about the centre as the share is, at the same area. */
+SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+                                                 springls__share share)
+{
+    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
+    springls__v3 e = springls__scale(springls__sub(q, centre), scale);
+    float x = springls__dot(e, u), y = springls__dot(e, v);
+    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);
+}
+
+/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */
+SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)
+{
+    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));
+    if (l2 <= longest * longest) return t;
+    t.a = springls__lerp(centre, t.a, size);
+    t.b = springls__lerp(centre, t.b, size);
+    t.c = springls__lerp(centre, t.c, size);
+    return t;
+}
+
+/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
+   as far below the surface's corners as above its particle. */
+SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
+                                                          springls__share share, float longest_edge)
+{
+    const float overlap = 1.04f; /* area of the triangle over that of the share */
+    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
+    const float highest = 0.1f;  /* voxel */
+    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
+    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
+    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
+    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
+    t.a = springls__stretched(t.a, centre, u, v, share);
+    t.b = springls__stretched(t.b, centre, u, v, share);
+    t.c = springls__stretched(t.c, centre, u, v, share);
+    return springls__with_edges_below(t, centre, longest_edge);
+}
+
 /* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float overlap = 1.04f; /* area of the triangle over that of the share */
-    const float steady = 0.02f;  /* keeps triangles from turning where their shares have no corners */
-    const float largest = 0.42f * model->params.split_edge * model->params.split_edge; /* an edge is almost as long then */
+    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
     springls__springl s = model->set.s[i];
     springls__v3 n, u, v;
-    springls__share share;
-    (void)args;
+    if (springls__is_asleep(model, i)) {
+        springls__keep_asleep(model, args, i);
+        return;
+    }
     if (!model->set.mask[i]) {
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
         v = springls__cross(n, u);
-        share = springls__share_of(model, i, u, v);
-        u = springls__turn_by_third(u, v, share.cosine + steady * share.area, share.sine);
-        s = springls__springl_make(springls__equilateral(s.p, n, u, springls__min(overlap * share.area, largest)), s.p);
+        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);
     }
     springls__relaxed_springls(model)[i] = s;
 }

@@ -92,8 +92,11 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 /* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__seed seed = springls__seed_beside(model, i);
+    springls__seed seed;
     (void)args;
+    springls__seed_action(model)[i] = SPRINGLS__REMOVE;
+    if (springls__is_asleep(model, i)) return;
+    seed = springls__seed_beside(model, i);
     springls__seeds(model)[i] = seed;
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }

@@ -436,9 +436,9 @@ SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *mod
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false;
+    bool candidate = false, asleep = springls__is_asleep(model, i);
     int other;
-    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
             candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
@@ -459,6 +459,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
+    if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
@@ -479,7 +480,7 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
     springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
     (void)args;
-    if (!model->set.edge[i] || model->set.mask[i]) return;
+    if (!model->set.edge[i] || model->set.mask[i] || springls__is_asleep(model, i)) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
 }

@@ -11,7 +11,7 @@
 SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f; /* voxels: springls move by no more than two at once */
-    int side = springls__side_of_springls(model, model->set.s[i].p, i, radius);
+    int side = springls__is_asleep(model, i) ? 0 : springls__side_of_springls(model, model->set.s[i].p, i, radius);
     (void)args;
     if (side != 0) model->set.overlapped[i] = side < 0;
 }

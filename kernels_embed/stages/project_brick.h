@@ -20,6 +20,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
+    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -370,6 +371,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (springls__keeps_phi(model, i)) return;
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);

@@ -37,11 +37,18 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #include "../language/width_simd.h"
 #include "relax_body.h"
 
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
+/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
+{
+    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
+}
+
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
+   asleep. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
+    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
+    else if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
@@ -51,9 +58,11 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int i;
     for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, args, i);
+        bool all = true;
+        for (i = begin; i < begin + SPRINGLS__LANES; i++) all = all && !model->set.mask[i] && !springls__is_asleep(model, i);
+        if (all) springls__vec_relax_springl(model, rule, begin);
+        else
+            for (i = begin; i < begin + SPRINGLS__LANES; i++) springls__relax_element(model, args, i);
     }
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
@@ -67,7 +76,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (model->set.mask[i] || !certain || springls__is_overlapped(model, i)
+    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)
         || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     model->set.s[i] = springls__reversed(s);
 }

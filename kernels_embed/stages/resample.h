@@ -75,7 +75,7 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
     springls__tri t = springls__springl_tri(model->set.s[i]);
-    return !model->set.mask[i]
+    return !model->set.mask[i] && !springls__is_asleep(model, i)
         && (springls__longest_edge2(t) > p->split_edge * p->split_edge
             || springls__length2(springls__tri_area2(t)) > 4.0f * p->split_area * p->split_area);
 }

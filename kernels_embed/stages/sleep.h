@@ -38,13 +38,6 @@ SPRINGLS__MATHS void springls__calm_element(const springls__model *model, spring
     *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
 }
 
-/* Returns the slot of the brick that a place lies in. */
-SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
-{
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
-}
-
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
 {
     if (which == SPRINGLS__STIR_CONTRACTED) {

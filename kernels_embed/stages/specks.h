@@ -8,6 +8,7 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"
+#include "topology.h"
 
 /* ---- rows ---- */
 
@@ -235,6 +236,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
+    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
@@ -258,6 +260,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
     const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     if (!springls__has_joint_candidates(model)[i]) return;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -269,6 +272,39 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
             if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
         }
     }
+}
+
+/* ---- punctures ---- */
+
+#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
+
+/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
+   connects two parts of the outside. */
+SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
+{
+    float phi = springls__phi_of(g, at);
+    unsigned mask;
+    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
+    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
+    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+}
+
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
+{
+    springls__joint here, there;
+    int d, axis;
+    if (!springls__is_puncture(g, at)) return false;
+    for (axis = 0; axis < 3; axis++) here.at[axis] = at[axis];
+    here.phi = springls__phi_of(g, at);
+    for (d = 0; d < 27; d++) {
+        there.at[0] = at[0] + d % 3 - 1;
+        there.at[1] = at[1] + d / 3 % 3 - 1;
+        there.at[2] = at[2] + d / 9 - 1;
+        there.phi = springls__phi_of(g, there.at);
+        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
+    }
+    return true;
 }
 
 /* ---- removal ---- */
@@ -349,25 +385,28 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component. */
+/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1);
+    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
+    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
     int row, x, o[3], at[3];
     (void)args;
+    if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), max_neighbors, beside)) continue;
+        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
         for (x = 0; x < 8; x++) {
-            if (beside[x] > max_neighbors) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_speck_voxel(g, at, least, max_voxels))
+            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
+            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
+                springls__next_row(g, i, row)[x] = filled;
         }
     }
 }

@@ -480,8 +480,10 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     size_t i, n;
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!intensity || !(low <= high))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    if (!intensity) return springls__fail_null(ctx, "set_threshold", "intensity");
+    if (!(low <= high))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: low (%g) is not below high (%g)", (double)low,
+                              (double)high);
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];

@@ -170,9 +170,16 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
-   One thread uses a context at a time; different contexts are independent. */
+/* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
+SPRINGLS_API springls_desc springls_default_desc(void);
+
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, the logger has the reason, and
+   springls_create_error returns it. One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
+
+/* Returns why springls_create refuses a description: a constant sentence that names the member; "" when it does not: then only
+   memory can be missing. NULL counts as a description that is refused. */
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc);
 
 /* Frees the context and all that belongs to it; NULL is allowed. */
 SPRINGLS_API void springls_destroy(springls_context *ctx);
@@ -322,7 +329,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
-   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
+   call a function that is given the context it serves, except counts, views and ids. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
 /* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
@@ -381,10 +389,18 @@ typedef struct springls_forces {
     float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
                                       the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
+    bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
+                                      unit of time. true: callbacks get points, normals and correspondences in the world, as
+                                      shapes and meshes are; velocities, pressures and samples are world units a unit of time,
+                                      affine maps are of the world, and curvature_weight is in squared world units (of a
+                                      uniform spacing). Forces then run on the host                                 */
     float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
                                       sub-step begins, and none is visited there: a tool that acts in one place costs what
                                       moves. Both all zero: everywhere                                              */
 } springls_forces;
+
+/* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
+SPRINGLS_API springls_forces springls_default_forces(void);
 
 /* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
    a rotation in radians a unit of time. */
@@ -452,6 +468,9 @@ typedef struct springls_step_desc {
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
+
+/* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
+SPRINGLS_API springls_step_desc springls_default_step_desc(void);
 
 /* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
    sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
@@ -932,7 +951,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
-   pointer may be NULL; the text is constant. */
+   pointer may be NULL; the text is constant. With SPRINGLS_NO_OPENCL there are none. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus

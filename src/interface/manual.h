@@ -38,13 +38,14 @@
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+     1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
+        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx).
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
+        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -62,6 +63,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
+                              lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -113,7 +116,7 @@
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   With lazy_way > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
+   With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
    volume_lock and components may also be called alone, in any order.
@@ -144,7 +147,8 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3, and fills holes of sheets that are
+                                                   narrower than a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -200,7 +204,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_way             voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -224,21 +228,21 @@
 
    LAZY STEPS
 
-   With lazy_way > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while the springls' way since phi last followed,
-   with a next step as long as this one, is at most lazy_way. The step after that is a whole one: relax, keep_edges and project
-   run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost little more than advect.
-   The way is the sum of the largest displacements; near thin sheets and gaps it is at most half a voxel, because their sides
-   may move against each other.
+   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
+   phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
+   or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
+   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
+   little more than advect.
 
-     - Nobody sees phi behind: every call that reads the level set makes it follow first. After a lazy step that takes the time of
-       project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
+       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
        topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
-       stage called alone. Where force callbacks read the level set, set lazy_way = 0.
-     - The results are those of steps as long as lazy_way: what phi does on the way, such as to keep two bodies apart that touch
-       and part again within it, is lost.
+       stage called alone. Where force callbacks read the level set, set lazy_distance = 0.
+     - The results are those of steps as long as lazy_distance: what phi would do in between, as when two bodies touch and
+       part again, is lost.
 
 
    CURVATURE
@@ -259,20 +263,23 @@
 
    COVERAGE
 
-   With cover = 1 springls cover the surface once: relax ends by making every triangle equilateral about its particle, 1.04
-   times as large as the springl's share of the surface, with its corners in the gaps between its neighbours. The share is
-   the part of its tangent plane that is nearer to its particle than to those of its neighbours: its Voronoi cell. So
-   kappa_int has no effect; the springs turn a triangle, and do not size it. While they turn it, its arms are 0.45 voxel
-   long: longer ones would round creases off. Springls of the keep mask keep their triangles. On resampling steps, and in every
-   step of SPRINGLS_MODE_ELASTIC, shares are measured at the end, when springls have come and gone. In between triangles flow
-   with the surface. A triangle's edges stay below split_edge: where springls are
-   further apart, fill_gaps adds some.
+   With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
+   1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
+   neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
+   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
+   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
+   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
+   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
+   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
+   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
+   where springls are further apart, fill_gaps adds some.
 
-   springls_measures.coverage is the springls' area over the zero level's, about 1.05 from the first resampling on (without
-   cover about 0.3). Of the zero level 85 to 88 % lie within a tenth of a voxel of a springl that faces the same way, and
-   14 to 15 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Equilateral triangles about
-   scattered particles leave gaps: for a closed surface take springls_extract_mesh. The coverage is higher where a sheet is so
-   thin that its zero level is islands, and on boxes of a few voxels, where corners of triangles stick out beyond edges.
+   springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
+   cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
+   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Triangles about scattered particles
+   leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
+   the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
+   corners of triangles stick out beyond edges.
 
 
    SHARP EDGES
@@ -349,14 +356,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes. When none
-   has stirred in any brick for resample_period + 1 steps, the model is at rest: a step of SPRINGLS_MODE_FLUID without motion then ends
-   after advect, takes no time to speak of, and leaves springls and phi as they are, to the bit. Awake, springls at rest would go on
-   turning as they relax, by which phi moves to and fro by about 0.02 voxel: so far does a model at rest differ from one kept awake.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
+   Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
+   sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
+   moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - Motion wakes, and so do springls_write, springls_set_params, every stage that is called alone, inputs and tools.
+     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
-     - Models that have evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1 do not rest.
+     - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
 
    EVENTS
@@ -390,8 +398,8 @@
 
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
-   where motion runs backwards and errors of integration cancel. A springl with too few neighbors for a fit gets an estimate of 6 voxels
-   or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
+   where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
    half a voxel.
 
 

@@ -12,6 +12,8 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 
+enum { SPRINGLS__DEFAULT_MAX_SPRINGLS = 64 * 1000 * 1000 };
+
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
     int i;
@@ -23,7 +25,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
-    springls__buffer_free(ctx, &ctx->held.memory);
+    springls__buffer_free(ctx, &ctx->saved.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
@@ -32,25 +34,65 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
 }
 
 /* Reports a failure that happens before there is a context. */
-SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *message)
+SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *reason)
 {
-    if (desc && desc->logger.log) desc->logger.log(desc->logger.user, 1, message);
+    char message[128];
+    if (!desc || !desc->logger.log) return status;
+    snprintf(message, sizeof message, "create: %s", reason);
+    desc->logger.log(desc->logger.user, 1, message);
     return status;
 }
 
 /* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
-SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double *to_world, double *to_voxel,
+                                              springls_params *params)
 {
+    const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
-    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
-        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
-    ctx->model.params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
-    if (desc->max_springls < 0) return "create: max_springls is negative";
-    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side";
+    if (fault) return fault;
+    *params = desc->params ? *desc->params : springls_default_params();
+    fault = springls__params_fault(params);
+    if (fault) return fault;
+    if (desc->max_springls < 0) return "max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
+    if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
+}
+
+SPRINGLS_API const char *springls_create_error(const springls_desc *desc)
+{
+    double to_world[12], to_voxel[12];
+    springls_params params;
+    const char *fault = desc ? springls__desc_fault(desc, to_world, to_voxel, &params) : "desc is NULL";
+    return fault ? fault : "";
+}
+
+SPRINGLS_API springls_desc springls_default_desc(void)
+{
+    springls_desc desc;
+    int k;
+    memset(&desc, 0, sizeof desc);
+    for (k = 0; k < 3; k++) desc.grid.spacing[k] = desc.grid.direction[4 * k] = 1.0;
+    desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
+    return desc;
+}
+
+SPRINGLS_API springls_step_desc springls_default_step_desc(void)
+{
+    springls_step_desc step;
+    memset(&step, 0, sizeof step);
+    step.max_displacement = 2.0f;
+    return step;
+}
+
+SPRINGLS_API springls_forces springls_default_forces(void)
+{
+    springls_forces forces;
+    memset(&forces, 0, sizeof forces);
+    forces.pressure_weight = forces.velocity_weight = forces.affine_weight = 1.0f;
+    return forces;
 }
 
 /* Finds the shortest and the longest step between voxels, in world units. */
@@ -75,7 +117,7 @@ SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc
         ctx->desc.allocator.alloc = springls__malloc;
         ctx->desc.allocator.free = springls__free;
     }
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = SPRINGLS__DEFAULT_MAX_SPRINGLS;
     springls__measure_spacing(ctx);
 }
 
@@ -85,13 +127,14 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     const char *fault;
     springls_status status;
     if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    if (!desc) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
     memset(&made, 0, sizeof made);
-    fault = springls__desc_fault(desc, &made);
+    fault = springls__desc_fault(desc, made.to_world, made.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
     *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
@@ -130,7 +173,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));

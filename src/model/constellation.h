@@ -54,7 +54,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */

@@ -19,9 +19,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
-    ctx->way = 0.0f;
+    ctx->lag = 0.0f;
     ctx->opposed = true;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);

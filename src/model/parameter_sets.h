@@ -46,7 +46,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.carry_level_set = 0;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -85,7 +85,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_way = 2.1f;
+    p.lazy_distance = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -133,7 +133,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
     REAL(curvature, -0.2f, 0.2f)                                                                                                 \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_way, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -154,14 +154,16 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
 typedef struct springls__param {
-    const char *name;
+    const char *name, *fault;
     size_t offset;
     bool real;
     float low, high;
 } springls__param;
 
-#define SPRINGLS__PARAM_REAL(name, low, high) { #name, offsetof(springls_params, name), true, (float)(low), (float)(high) },
-#define SPRINGLS__PARAM_INTEGER(name, low, high) { #name, offsetof(springls_params, name), false, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+#define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
+    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -182,14 +184,15 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns the name of the first member that is out of range, or NULL. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
-    if (p->cookie != SPRINGLS__COOKIE) return "cookie: begin with springls_default_params() or springls_paper_params()";
+    if (p->cookie != SPRINGLS__COOKIE)
+        return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
-        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].name;
-    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
+        if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
+    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
 }
 
 #endif

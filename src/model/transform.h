@@ -27,27 +27,29 @@ SPRINGLS__FN double springls__determinant(const double *m)
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
-/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
-   or direction give none. */
-SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
+   none. */
+SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
     for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
     for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
+        if (grid->size[row] < 1) return "grid.size is not positive";
+        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side";
         for (column = 0; column < 3; column++) {
             double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
+            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive";
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
+            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
     }
     det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return false;
+    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
@@ -60,7 +62,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
     for (row = 0; row < 3; row++)
         inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
-    return true;
+    return NULL;
 }
 
 /* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */

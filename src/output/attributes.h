@@ -174,7 +174,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_attribute", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;

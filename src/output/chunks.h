@@ -436,10 +436,10 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(
-            ctx, SPRINGLS_INVALID_ARGUMENT,
-            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    if (!out) return springls__fail_null(ctx, "chunks_create", "out");
+    if (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: the tolerance %g is not at most half a voxel",
+                              (double)desc->tolerance);
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -464,7 +464,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+        return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;

@@ -27,7 +27,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!components || !count)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+        return springls__fail_null(ctx, "components", components ? "count" : "components");
     SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
                                         sizeof(springls__component), 0));
@@ -68,7 +68,7 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
     if (events) *events = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    if (!events || !count) return springls__fail_null(ctx, "events", events ? "count" : "events");
     SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
     event = (springls_event *)ctx->event_memory.data;
     part = (const springls_component *)ctx->event_part_memory.data;

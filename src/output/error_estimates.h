@@ -81,7 +81,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
+        return springls__fail_null(ctx, "mesh_errors", mesh ? "out" : "mesh");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;

@@ -7,7 +7,9 @@
 #include "../interface/api.h"
 
 static const char *const springls__kernel_lines[] = {
+#ifndef SPRINGLS_NO_OPENCL
     /* SPRINGLS__EMBED_KERNELS */
+#endif
     ""   /* not counted: the array must not be empty */
 };
 

@@ -79,7 +79,7 @@ SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const s
                                                   const char *call)
 {
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+        return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
     return SPRINGLS_OK;
 }
 
@@ -274,10 +274,13 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     springls_status status;
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS
-        || (channels > 0 && !values)
-        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+    if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+    if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
+    if (triangle_count > 0 && (!positions || !triangles || !neighbors))
+        return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);

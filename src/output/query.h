@@ -22,8 +22,8 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0 || (count > 0 && (!points || !out)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
+    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
+    if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
     for (i = 0; i < 3 * (size_t)count; i++)
         if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));

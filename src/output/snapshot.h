@@ -86,7 +86,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
-    s->way = ctx->way;
+    s->lag = ctx->lag;
     s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
@@ -114,7 +114,8 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]), values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
+    springls__coder values = springls__writer(out + layout->at[sides + 2]);
     int i, bricks = (int)springls__brick_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
@@ -215,8 +216,8 @@ SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 }
 
 /* Writes the block, layout->size bytes. */
-SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
-                                           char *out)
+SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     int section;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
@@ -225,7 +226,8 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section(ctx, s, layout, section, out);
     }
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -327,7 +329,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
-    if (!(s->way >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -418,7 +420,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_SIDES:
     case SPRINGLS__SECTION_CALM:
     case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_BRICKS:
         return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
@@ -496,9 +498,11 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
         if (section < 0 && !(flags & SPRINGLS__SECTION_OPTIONAL))
             return springls__unknown(ctx, "section", block + at, 4);
         at += SPRINGLS__SECTION_HEAD_BYTES;
-        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+        if (bytes > size - at || springls__padded(bytes) > size - at)
+            return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
         if (section >= 0) {
-            if (section >= SPRINGLS__SECTIONS || layout->at[section]) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
+            if (section >= SPRINGLS__SECTIONS || layout->at[section])
+                return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
             layout->at[section] = at;
             layout->bytes[section] = bytes;
         }
@@ -541,8 +545,8 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
-    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, block + at[SPRINGLS__SECTION_PARAMS],
-                                      bytes[SPRINGLS__SECTION_PARAMS], &s->params));
+    SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_params, SPRINGLS__PARAMS_NAMED,
+                                      block + at[SPRINGLS__SECTION_PARAMS], bytes[SPRINGLS__SECTION_PARAMS], &s->params));
     fault = springls__entries_read(layout, block, s) ? springls__numbers_fault(ctx, s) : "damaged";
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -734,9 +738,9 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->model.set.step = s->step;
     ctx->time = s->time;
     ctx->iteration = s->iteration;
-    ctx->way = s->way;
+    ctx->lag = s->lag;
     ctx->opposed = s->opposed != 0;
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
     ctx->component_count = s->components;
     ctx->event_count = s->events;
@@ -749,6 +753,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     springls__constellation_changed(ctx);
     ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
+    ctx->neighbors_missing = true;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)

@@ -1,5 +1,6 @@
 /* snapshot_format.h - the bytes of a snapshot (docs/snapshot-format.md): a head, then sections with a tag each. Numbers are
-   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by field. */
+   little-endian on every machine, and no struct of the compiler is copied: one text writes and reads each record, field by
+   field. */
 #ifndef SPRINGLS__OUTPUT_SNAPSHOT_FORMAT_H
 #define SPRINGLS__OUTPUT_SNAPSHOT_FORMAT_H
 
@@ -229,7 +230,7 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, way) X(int32_t, opposed)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -291,8 +292,8 @@ SPRINGLS__FN springls_status springls__unknown(springls_context *ctx, const char
 }
 
 /* Reads a section of named numbers into `to`; fails when one has an unknown name. */
-SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count, const char *data,
-                                                 uint64_t bytes, void *to)
+SPRINGLS__FN springls_status springls__get_named(springls_context *ctx, const springls__named *list, size_t count,
+                                                 const char *data, uint64_t bytes, void *to)
 {
     uint64_t i;
     for (i = 0; i < bytes / SPRINGLS__NAMED_BYTES; i++) {
@@ -329,8 +330,8 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none, its
-   numbers are 0. */
+/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
+   its numbers are 0. */
 typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
@@ -373,7 +374,8 @@ static const springls__section_info springls__section_list[] = {
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
 /* Has no value when a section has no row. */
-typedef char springls__all_sections_have_tags[(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
+typedef char springls__all_sections_have_tags
+    [(int)SPRINGLS__SECTION_ROWS + SPRINGLS_MAX_ATTRIBUTES - 1 == (int)SPRINGLS__SECTIONS ? 1 : -1];
 
 /* A reader may skip a section with this flag that it does not know. */
 enum { SPRINGLS__SECTION_OPTIONAL = 1 };

@@ -110,10 +110,14 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
+/* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
+typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
+
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
-    springls_task task;
+    springls__loop_work work;
     void *arg;
+    size_t floats;
     int next, count, grain;
     double pace;
     springls__kernel_run kernel;
@@ -125,6 +129,7 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
+    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -140,19 +145,20 @@ typedef struct springls__motion {
     springls__force_rule rule;
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
-    int *listed, count;     /* the springls in it; NULL: all; how many they are                                 */
+    int *listed;            /* the springls in it, ascending; NULL: all                                         */
+    int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
 
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
-typedef struct springls__held {
-    springls__buffer memory; /* springls__held_arrays, one after the other                                      */
+typedef struct springls__saved_level_set {
+    springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     int active_count, free_count, slot_count, some_asleep;
-    float way;
+    float lag;
     bool opposed, in_use;
-} springls__held;
+} springls__saved_level_set;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind {
@@ -208,7 +214,8 @@ struct springls_context {
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
-    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls    */
+    bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
+    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -218,10 +225,10 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
-    float way;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX: they have
-                               been moved otherwise, and phi follows in the next step                           */
+    float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
+                               they have been moved otherwise, and phi follows in the next step                 */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
-    springls__held held;
+    springls__saved_level_set saved;
     springls__work work;
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;

@@ -32,6 +32,20 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
+/* Fails because an argument of a call is NULL. */
+SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const char *call, const char *argument)
+{
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is NULL", call, argument);
+}
+
+/* Fails when a number is negative or not finite. */
+SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
+{
+    if (x >= 0.0 && x < (double)FLT_MAX) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
+                          x < 0.0 && x > -(double)FLT_MAX ? "negative" : "not finite");
+}
+
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {

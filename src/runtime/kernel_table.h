@@ -17,29 +17,39 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
-    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end, float *memory);
     int grain;
     uint64_t writes;
-    bool brick; /* a work group does one */
+    bool brick; /* a work group does one                                    */
+    int floats; /* of memory that a range needs; 0: what it needs is on the stack */
 } springls__kernel_info;
 
-#define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
+/* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
+enum { SPRINGLS__STACK_FLOATS = 2048 };
+
+#define SPRINGLS__RANGE(name)                                                                                                    \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        (void)memory;                                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        springls__##name##_elements(model, args, begin, end);                                                             \
+#define SPRINGLS__SIMD_RANGE(name)                                                                                               \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        (void)memory;                                                                                                            \
+        springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                                      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
+                                                 float *memory)                                                                  \
+    {                                                                                                                            \
+        float stack[(floats) <= SPRINGLS__STACK_FLOATS ? (floats) : 1];                                                          \
+        if ((floats) <= SPRINGLS__STACK_FLOATS) memory = stack;                                                                  \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                                     \
     }
 
 #endif

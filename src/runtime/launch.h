@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
+#include "arrays.h"
 #include "errors.h"
 #include "kernel_table.h"
 #include "parallel.h"
@@ -18,18 +19,80 @@ SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
+#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats)                                                                       \
+    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
 };
 
-SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end);
+    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
+}
+
+/* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
+
+enum { SPRINGLS__MEMORY_LANES = 64 };
+
+typedef struct springls__lane_part {
+    springls_context *ctx;
+    springls__loop_work work;
+    void *arg;
+    size_t floats;
+    int first, count, lanes;
+} springls__lane_part;
+
+/* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
+SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
+{
+#if defined(_OPENMP)
+    (void)ctx;
+    return springls__imin(count, SPRINGLS__MEMORY_LANES);
+#else
+    return ctx->desc.tasks.parallel_for ? springls__imin(count, SPRINGLS__MEMORY_LANES) : springls__imin(count, 1);
+#endif
+}
+
+/* Makes room for the lanes of a loop over `count` elements, so many floats each. */
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
+{
+    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
+}
+
+SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    for (; begin < end; begin++) {
+        int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
+        int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
+        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
+    }
+}
+
+SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
+{
+    const springls__lane_part *part = (const springls__lane_part *)arg;
+    part->work(part->arg, part->first + begin, part->first + end, NULL);
+}
+
+/* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
+SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work work, void *arg, size_t floats, int first,
+                                    int count, int grain)
+{
+    springls__lane_part part;
+    part.ctx = ctx;
+    part.work = work;
+    part.arg = arg;
+    part.floats = floats;
+    part.first = first;
+    part.count = count;
+    part.lanes = springls__lane_count(ctx, count);
+    if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
+    else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
@@ -69,7 +132,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */

@@ -29,12 +29,14 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* Makes a task over [0, count) the loop that the phase ends with. */
-SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+/* Makes work over [0, count) the loop that the phase ends with. Precondition: springls__reserve_lanes, where floats > 0. */
+SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
+                                      void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
-    loop->task = task;
+    loop->work = work;
     loop->arg = arg;
+    loop->floats = floats;
     loop->grain = grain;
     loop->count = count;
     loop->next = 0;
@@ -47,24 +49,25 @@ SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel,
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
-    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+    springls__loop_over(ctx, count, springls__kernels[kernel].grain, (size_t)springls__kernels[kernel].floats,
+                        springls__range_work, &ctx->work.loop.kernel);
 }
 
 SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
 
-SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
+/* Runs the next n elements of the loop. */
+SPRINGLS__FN void springls__run_next(springls_context *ctx, int n)
 {
-    const springls__pieces *loop = (const springls__pieces *)arg;
-    loop->task(loop->arg, loop->next + begin, loop->next + end);
+    springls__pieces *loop = &ctx->work.loop;
+    springls__do_work(ctx, loop->work, loop->arg, loop->floats, loop->next, n, loop->grain);
+    loop->next += n;
 }
 
 /* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
-    if (!springls__in_loop(ctx)) return;
-    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
-    loop->next = loop->count;
+    if (springls__in_loop(ctx)) springls__run_next(ctx, loop->count - loop->next);
 }
 
 /* Grains in the smallest piece: a few, so that a few threads share it. */
@@ -78,8 +81,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
     if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
     n = springls__imin(n, rest);
-    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
-    loop->next += n;
+    springls__run_next(ctx, n);
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 

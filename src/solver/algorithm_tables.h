@@ -82,8 +82,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
-/* Returns true when springls relax and take their shares at once. Those that cover need it on resampling passes alone while a
-   flow turns them, unless they are at edges. */
+/* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
+   instead; while a flow turns them they need it on resampling steps alone, unless they are at edges. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
     if (springls__covers_again(ctx)) return false;
@@ -98,7 +98,7 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     const springls_step_desc *desc = &ctx->step.desc;
     const springls_forces *forces = &ctx->step.forces;
-    return params->lazy_way > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
+    return params->lazy_distance > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
         && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
         && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
         && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
@@ -115,9 +115,9 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    move against each other, and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 {
-    const float closely = 0.5f;
-    float way = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_way) : ctx->model.params.lazy_way;
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->way + 2.0f * ctx->motion.moved <= way;
+    const float closely = 0.15f;
+    float limit = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_distance) : ctx->model.params.lazy_distance;
+    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->lag + 2.0f * ctx->motion.moved <= limit;
 }
 
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
@@ -217,11 +217,11 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     if (springls__stays_lazy(ctx)) {
-        ctx->way += ctx->motion.moved;
+        ctx->lag += ctx->motion.moved;
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
-    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->way = FLT_MAX;
+    if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
     ctx->iteration++;
     ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
@@ -238,8 +238,9 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 /* Finds which bricks the rest of the sub-step works in. */
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return ctx->motion.still && ctx->at_rest ? SPRINGLS_OK : springls__find_awake(ctx);
-    return springls__wake(ctx);
+    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
+    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
+    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
@@ -307,7 +308,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__wake),                                \
+    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \

@@ -1,6 +1,6 @@
-/* follow.h - makes phi follow the springls that lazy steps (params.lazy_way) have moved, before anything but a lazy step uses it.
-   For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so that reading
-   changes no later bits. */
+/* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
+   uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
+   that reading changes no later bits. */
 #ifndef SPRINGLS__SOLVER_FOLLOW_H
 #define SPRINGLS__SOLVER_FOLLOW_H
 
@@ -10,23 +10,24 @@
 #include "../runtime/stage_clock.h"
 #include "../model/host_access.h"
 #include "../stages/project.h"
+#include "../stages/sleep.h"
 
 /* Returns true when phi is behind the springls by lazy steps. */
-SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->way > 0.0f && ctx->way < FLT_MAX; }
+SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
 
 /* What projecting changes, but for what is found again when it is needed. */
-#define SPRINGLS__HELD_BITS                                                                                                      \
+#define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
-/* Copies these arrays to the held memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
-SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, bool back)
+/* Copies these arrays to saved memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
     size_t at = 0;
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         size_t bytes;
-        if (!springls__has_array(SPRINGLS__HELD_BITS, array)) continue;
+        if (!springls__has_array(SPRINGLS__SAVED_BITS, array)) continue;
         bytes = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
         if (memory && !back) {
             memcpy(memory + at, buffer->data, bytes);
@@ -41,36 +42,37 @@ SPRINGLS__FN size_t springls__copy_held(springls_context *ctx, char *memory, boo
 }
 
 /* Remembers the level set as the steps have left it. */
-SPRINGLS__FN springls_status springls__hold(springls_context *ctx)
+SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__HELD_BITS, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &held->memory, springls__copy_held(ctx, NULL, false) + 1, 1, 0));
-    springls__copy_held(ctx, (char *)held->memory.data, false);
-    held->active_count = ctx->model.grid.active_count;
-    held->free_count = ctx->model.grid.free_count;
-    held->slot_count = ctx->model.grid.slot_count;
-    held->some_asleep = ctx->model.grid.some_asleep;
-    held->way = ctx->way;
-    held->opposed = ctx->opposed;
-    held->in_use = true;
+    springls__saved_level_set *saved = &ctx->saved;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
+    springls__copy_saved(ctx, (char *)saved->memory.data, false);
+    saved->active_count = ctx->model.grid.active_count;
+    saved->free_count = ctx->model.grid.free_count;
+    saved->slot_count = ctx->model.grid.slot_count;
+    saved->some_asleep = ctx->model.grid.some_asleep;
+    saved->lag = ctx->lag;
+    saved->opposed = ctx->opposed;
+    saved->in_use = true;
     return SPRINGLS_OK;
 }
 
 /* Goes back to the level set as the steps have left it: what continues from there calls this first. */
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
-    springls__held *held = &ctx->held;
-    if (!held->in_use) return;
-    ctx->model.grid.active_count = held->active_count;
-    ctx->model.grid.free_count = held->free_count;
-    ctx->model.grid.slot_count = held->slot_count;
-    springls__copy_held(ctx, (char *)held->memory.data, true);
-    ctx->model.grid.some_asleep = held->some_asleep;
-    ctx->way = held->way;
-    ctx->opposed = held->opposed;
+    springls__saved_level_set *saved = &ctx->saved;
+    if (!saved->in_use) return;
+    ctx->model.grid.active_count = saved->active_count;
+    ctx->model.grid.free_count = saved->free_count;
+    ctx->model.grid.slot_count = saved->slot_count;
+    springls__copy_saved(ctx, (char *)saved->memory.data, true);
+    ctx->model.grid.some_asleep = saved->some_asleep;
+    ctx->lag = saved->lag;
+    ctx->opposed = saved->opposed;
+    ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
-    held->in_use = false;
+    saved->in_use = false;
 }
 
 /* Makes phi follow; springls stay as they are. */
@@ -80,8 +82,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    springls__wake_all(ctx);
-    status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__rouse_moved(ctx);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
@@ -92,7 +94,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 {
     springls_status status;
     if (ctx->step.active || !springls__phi_lags(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__hold(ctx)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__save_level_set(ctx)));
     status = springls__follow(ctx);
     if (status != SPRINGLS_OK) springls__end_reading(ctx);
     return status;
@@ -102,7 +104,7 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
     if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
-    ctx->held.in_use = false;
+    ctx->saved.in_use = false;
     return SPRINGLS_OK;
 }
 

@@ -25,7 +25,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__begin_change(ctx));
-    ctx->way = FLT_MAX; /* the next step is a whole one */
+    ctx->lag = FLT_MAX; /* the next step is a whole one */
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);

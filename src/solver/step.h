@@ -72,10 +72,9 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
-        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
+    if (!step) return springls__fail_null(ctx, "step", "the description");
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -100,9 +99,10 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done) return springls__fail_null(ctx, "step_continue", "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
@@ -134,7 +134,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 
 /* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
    that no motion is lost. No step is in progress. */
-SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
     float displacement;
@@ -146,10 +146,10 @@ SPRINGLS__FN springls_status springls__settle_written(springls_context *ctx)
 }
 
 /* Ends the step in progress, and makes phi follow whatever has moved. */
-SPRINGLS__FN springls_status springls__settle(springls_context *ctx)
+SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));
-    return springls__settle_written(ctx);
+    return springls__follow_written(ctx);
 }
 
 SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }

@@ -18,6 +18,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
                                                      springls__field *field)
 {
     double inverse[12], product;
+    const char *fault;
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
@@ -29,8 +30,8 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         }
         return SPRINGLS_OK;
     }
-    if (!springls__grid_transform(&given->grid, NULL, inverse))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the grid of a sampled field has a bad size, spacing or direction");
+    fault = springls__grid_transform(&given->grid, NULL, inverse);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "of a sampled field %s", fault);
     for (axis = 0; axis < 3; axis++) {
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
@@ -42,59 +43,122 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
+enum {
+    SPRINGLS__ADVECT_BLOCK = 128,                                        /* springls in one call of a callback */
+    SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
+};
 
-/* Writes sigma of eq. 1 at the points of a batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* What the springls of a block need in between; too much for a stack. */
+typedef struct springls__advect_memory {
+    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
+    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
+    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
+    springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
+    springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
+    springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
+    springls__v3 a[SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], push[SPRINGLS__ADVECT_BLOCK];
+    float answer[12 * SPRINGLS__ADVECT_BLOCK];    /* of a callback */
+    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    int springls[SPRINGLS__ADVECT_BLOCK];
+    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
+    springls_batch batch;
+    springls_batch world; /* as callbacks get it where forces->world_units is set */
+    float world_points[3 * SPRINGLS__ADVECT_BLOCK], world_normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float world_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+} springls__advect_memory;
+
+/* Returns the batch that callbacks get. */
+SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
+{
+    const springls_batch *batch = &block->batch;
+    int i;
+    if (!motion->forces.world_units) return batch;
+    block->world = *batch;
+    block->world.points = block->world_points;
+    block->world.normals = block->world_normals;
+    block->world.correspondences = block->world_correspondences;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
+        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
+        springls__voxel_to_world(motion->ctx, block->a[i], block->world_correspondences + 3 * i);
+        block->world_normals[3 * i] = n.x;
+        block->world_normals[3 * i + 1] = n.y;
+        block->world_normals[3 * i + 2] = n.z;
+    }
+    return &block->world;
+}
+
+/* Returns a velocity of a callback or a sampled field in voxels. */
+SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
+{
+    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    if (!motion->forces.world_units) return springls__load3(v);
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
+
+/* Writes sigma of eq. 1 at the points of the batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, batch, buffer);
+        forces->velocity_batch(forces->user, given, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__taken(motion, buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
+/* Returns what a speed of 1 along a normal of a batch is, voxels a unit of time. */
+SPRINGLS__FN springls__v3 springls__unit_speed(const springls__motion *motion, const springls_batch *given, int i)
+{
+    return springls__taken(motion, given->normals + 3 * i);
+}
+
+/* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
-    float buffer[SPRINGLS__ADVECT_BLOCK];
+    float *buffer = block->answer;
     int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, batch, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+        forces->pressure_batch(forces->user, given, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
             springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
+            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
-            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
-                                                                 motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+            springls__v3 n = springls__load3(batch->normals + 3 * i);
+            springls__v3 velocity =
+                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
         }
     }
 }
@@ -103,15 +167,14 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
 SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
                                        springls__v3 *slope)
 {
-    int i, m;
+    int i, k, m;
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
-            springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
-                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
-                                               A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
+            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
+            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
         }
 }
 
@@ -126,13 +189,15 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
-           || forces->affine_batch || forces->curvature_weight != 0.0f;
+           || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
 }
 
-/* Finds the flow at the particles of a block: x holds them, then their q0s, q1s and q2s. batch: its springls; normals: room. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                          float time, springls__v3 *normals, springls__v3 *flow)
+/* Finds the flow at the particles of a block, where its points are at x. */
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                          float time, springls__v3 *flow)
 {
+    springls_batch *batch = &block->batch;
+    springls__v3 *normals = block->normals;
     int i, count = batch->count;
     for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
@@ -140,111 +205,116 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
-    springls__flow(motion, batch, flow);
+    springls__flow(motion, block, flow);
 }
 
-/* Finds the slopes of all points of a block, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
-                                   springls__v3 *slope, springls__v3 *flow)
+/* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                   float time, springls__v3 *slope, springls__v3 *flow)
 {
     const springls_forces *forces = &motion->forces;
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    springls_batch *batch = &block->batch;
+    springls__v3 *push = block->push;
+    const springls_batch *given;
     int i, m, count = batch->count;
-    springls__particle_flow(motion, batch, x, time, normals, flow);
+    springls__particle_flow(motion, block, x, time, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, batch, slope);
+        springls__push(motion, block, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, batch, push);
+        memset(push, 0, (size_t)count * sizeof *push);
+        springls__push(motion, block, push);
         for (m = 1; m < SPRINGLS__MOVERS; m++) {
             springls__batch_points(batch, x, m);
-            springls__flow(motion, batch, slope + m * count);
+            springls__flow(motion, block, slope + m * count);
         }
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     springls__batch_points(batch, x, 0);
+    given = springls__given(motion, block);
     if (forces->affine) {
-        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, batch, affine);
-        springls__add_affine(motion, affine, x, count, slope);
+        forces->affine_batch(forces->user, given, block->answer);
+        springls__add_affine(motion, block->answer, x, count, slope);
     }
 }
 
-/* Finds how the flow along the cubics between the ends of a step differs from that at its stages: see springls__rk4_error. x:
-   where all points of the block were, d: their displacements; flow: at the particles in the stages after the first. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls_batch *batch, const springls__v3 *x,
-                                           const springls__v3 *d, const springls__v3 *k1, const springls__v3 *k4,
-                                           springls__v3 flow[3][SPRINGLS__ADVECT_BLOCK], springls__v3 *residual)
+/* Finds how the flow along the cubics between the ends of a step, displaced by `at`, differs from that at its stages: see
+   springls__rk4_error. */
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
 {
-    springls__v3 at[SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], along[SPRINGLS__ADVECT_BLOCK];
     const springls__force_rule *rule = &motion->rule;
-    int i, count = batch->count, n = SPRINGLS__MOVERS * count;
+    springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
+    int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
     memset(residual, 0, (size_t)count * sizeof *residual);
     if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
-    for (i = 0; i < n; i++) at[i] = springls__add(x[i], d[i]);
-    springls__particle_flow(motion, batch, at, rule->stage_time[3], normals, along);
-    for (i = 0; i < count; i++) residual[i] = springls__sub(along[i], flow[2][i]);
-    for (i = 0; i < n; i++)
-        at[i] = springls__add(x[i], springls__cubic_middle(d[i], k1[i], springls__add(k4[i], residual[i % count]), rule->dt));
-    springls__particle_flow(motion, batch, at, rule->stage_time[1], normals, along);
+    for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
+    springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
+    for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
+    for (i = 0; i < n; i++) {
+        springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
+        along[i] = springls__add(block->x[i], springls__cubic_middle(block->at[i], block->slope[0][i], end, rule->dt));
+    }
+    springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
     for (i = 0; i < count; i++) {
-        springls__v3 stages = springls__scale(springls__add(flow[0][i], flow[1][i]), 0.5f);
-        residual[i] = springls__mad(residual[i], springls__sub(along[i], stages), 4.0f);
+        springls__v3 stages = springls__scale(springls__add(block->flow[1][i], block->flow[2][i]), 0.5f);
+        residual[i] = springls__mad(residual[i], springls__sub(flow[i], stages), 4.0f);
     }
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
+/* Reads the springls of a block. */
+SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__advect_memory *block)
 {
-    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
-    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N], flow[3][SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
     const springls__constellation *set = &motion->ctx->model.set;
-    springls__v3 a[SPRINGLS__ADVECT_BLOCK];
-    springls_batch batch;
-    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
-    uint32_t ids[SPRINGLS__ADVECT_BLOCK];
-    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
-    memset(&batch, 0, sizeof batch);
-    batch.correspondences = &a[0].x;
-    batch.springls = springls;
-    batch.ids = ids;
-    batch.count = count;
+    int i, m;
+    memset(&block->batch, 0, sizeof block->batch);
+    block->batch.correspondences = &block->a[0].x;
+    block->batch.springls = block->springls;
+    block->batch.ids = block->ids;
+    block->batch.count = count;
     for (i = 0; i < count; i++) {
-        int springl = springls[i] = motion->listed ? motion->listed[first + i] : first + i;
-        a[i] = set->a[springl];
-        ids[i] = set->id[springl];
-        before[i] = set->error[springl];
-        x[i] = set->s[springl].p;
-        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = set->s[springl].q[m];
+        int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        block->a[i] = set->a[springl];
+        block->ids[i] = set->id[springl];
+        block->before[i] = set->error[springl];
+        block->x[i] = set->s[springl].p;
+        for (m = 0; m < 3; m++) block->x[(m + 1) * count + i] = set->s[springl].q[m];
     }
-    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1, flow[0]);
+}
+
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__advect_memory *block)
+{
+    springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
+    springls_context *ctx = motion->ctx;
+    const float *time = motion->rule.stage_time, dt = motion->rule.dt;
+    int i, n = SPRINGLS__MOVERS * count;
+    springls__advect_read(motion, first, count, block);
+    springls__slopes(motion, block, x, time[0], k[0], block->flow[0]);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        memset(error, 0, sizeof error);
+        for (i = 0; i < n; i++) at[i] = springls__scale(k[0][i], dt);
+        memset(block->error, 0, sizeof block->error);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2, flow[0]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3, flow[1]);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4, flow[2]);
-        for (i = 0; i < n; i++) stage[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
-        springls__path_residuals(motion, &batch, x, stage, k1, k4, flow, residual);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[0][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[1], k[1], block->flow[1]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[1][i], 0.5f * dt);
+        springls__slopes(motion, block, at, time[2], k[2], block->flow[2]);
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[2][i], dt);
+        springls__slopes(motion, block, at, time[3], k[3], block->flow[3]);
+        for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
+        springls__path_residuals(motion, block);
         for (i = 0; i < count; i++)
-            error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], residual[i], motion->rule.dt);
-        memcpy(k1, stage, (size_t)n * sizeof *k1);
+            block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
+                                  block->before + i);
     for (; i < count; i++)
-        springls__displace_by(&motion->ctx->model, &motion->rule, first + i, x + i, k1 + i, count, error + i, before + i);
+        springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
@@ -253,12 +323,13 @@ SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 }
 
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
-SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *memory)
 {
     const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
+                               (springls__advect_memory *)(void *)memory);
     }
 }
 
@@ -270,8 +341,10 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] <= upper[k] && lower[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite, or upside down");
+        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (lower[k] > upper[k])
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
     motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
@@ -291,6 +364,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
@@ -312,8 +386,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
     for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(motion->rule.flow_numbers[0], motion->rule.flow_numbers[1],
-                                                                         motion->rule.stage_time[k]);
+        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
+            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -349,11 +423,13 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    const size_t floats = (sizeof(springls__advect_memory) + 63) / 64 * 16; /* lanes begin on cache lines */
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    springls__loop_task(ctx, springls__advect_blocks(motion), 1, springls__advect_task, motion);
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion)));
+    springls__loop_over(ctx, springls__advect_blocks(motion), 1, floats, springls__advect_work, motion);
     return SPRINGLS_OK;
 }
 
@@ -362,7 +438,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest = springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest =
+        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->still = largest.value == 0.0f
@@ -375,6 +452,7 @@ SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
+    if (forces->world_units) return false;
     if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
     if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
         return false;
@@ -464,8 +542,8 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Makes what has moved the springls. Those of a list go to their places, the last one first, as none lies before its number in the
-   list. */
+/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
+   index is never below its place in the list, so nothing is overwritten before it has been taken. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;

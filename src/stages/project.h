@@ -38,7 +38,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
-    if (ctx->model.params.lazy_way == 0.0f) return;
+    if (ctx->model.params.lazy_distance == 0.0f) return;
     ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
 }
 
@@ -93,6 +93,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
+                                              ctx->model.grid.active_count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         SPRINGLS__TRY(springls__find_overlap(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);

@@ -29,13 +29,16 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 {
     const springls_params *params = &ctx->model.params;
     const int count = ctx->model.set.count;
+    springls__arguments args;
+    args.relax.kept = ctx->work.kept;
     switch (ctx->work.phase) {
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
         if (params->cover) {
             springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx);
+            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+            ctx->work.kept = true;
         }
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
@@ -44,14 +47,15 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
             return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
         springls__take_relaxed(ctx);
+        ctx->work.kept = false;
         ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
         return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
     case SPRINGLS__RELAX_COVERED:
     default:

@@ -22,27 +22,37 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost || springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
+    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
+    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     g->some_asleep = 1;
+    ctx->at_rest = false;
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0;
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+{
+    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
 

@@ -409,8 +409,8 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
-    if (!other || other == ctx)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (!other) return springls__fail_null(ctx, "combine", "the other model");
+    if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
         || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
@@ -428,9 +428,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     status = springls__begin_reading(other);
-    if (status == SPRINGLS_OK) status = springls__settle_written(other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -449,7 +449,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;

@@ -170,7 +170,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.zero_level);
@@ -249,7 +249,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;
     time = ctx->time;
     if (!params.volume_lock) springls__clear_target_volumes(ctx); /* the volumes locked by an earlier call may have changed */
@@ -289,7 +289,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
-    SPRINGLS__TRY(springls__settle(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }

@@ -80,10 +80,13 @@ FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
 FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__arguments args)
 {
     springls__model model = ctx->model;
+    float *lane;
 #define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
-    springls__kernels[kernel].range(&model, args, 0, count);
+    lane = (float *)malloc((size_t)springls__kernels[kernel].floats * sizeof *lane + 1);
+    springls__kernels[kernel].range(&model, args, 0, count, lane);
+    free(lane);
 }
 
 FIXTURE size_t parity_first_difference(const void *a, const void *b, size_t bytes)
@@ -131,7 +134,7 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
 /* ---- lives ---- */
 
 enum { LIFE_FLUID, LIFE_FLUID_PAPER, LIFE_ELASTIC, LIFE_ELASTIC_PAPER, LIFE_SEGMENT, LIFE_SEGMENT_PAPER, LIFE_PRESERVED, LIFE_BOX, LIFE_THIN,
-       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIVES };
+       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIFE_ASLEEP, LIVES };
 
 enum { LIFE_SIZE = 32 };
 
@@ -147,7 +150,7 @@ typedef struct life {
 FIXTURE const char *life_name(int which)
 {
     static const char *const names[LIVES] = { "fluid", "fluid, paper", "elastic", "elastic, paper", "segmentation", "segmentation, paper",
-                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow" };
+                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow", "asleep" };
     return names[which];
 }
 
@@ -234,6 +237,15 @@ FIXTURE void life_make(life *l, int which)
         l->step.dt = 1.0f;
         l->steps = 3;
         break;
+    case LIFE_ASLEEP: /* at rest, then turned at one end */
+        l->forces = fixture_forces(springls_velocity_rotation, &l->rotation);
+        l->forces.region_upper[0] = 6.0f;
+        l->forces.region_upper[1] = l->forces.region_upper[2] = (float)LIFE_SIZE;
+        l->params.resample_period = 2;
+        l->params.lazy_way = 0.0f;
+        l->step.dt = 1.0f;
+        l->steps = 32;
+        break;
     case LIFE_LABELS:
         l->forces = fixture_forces(history_inwards, NULL);
         l->params.contact = SPRINGLS_CONTACT_SEPARATE;
@@ -285,6 +297,7 @@ FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
     case LIFE_HOLLOW: return springls_set_implicit(ctx, life_hollow_cube, &cube);
     case LIFE_OPEN_MESH: return history_open_mesh(ctx);
     case LIFE_LABELS: return history_blobs(ctx);
+    case LIFE_ASLEEP: ball = fixture_ball(15.5f, 15.5f, 15.5f, 12.0f); return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
     default: return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
     }
 }
@@ -333,8 +346,20 @@ FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
     return SPRINGLS_OK;
 }
 
+/* Nothing moves until the model is at rest; at last a stage wakes all of it. */
+FIXTURE springls_status life_asleep(springls_context *ctx, const life *l)
+{
+    const int at_rest = 24, steps = springls_get_stats(ctx).steps;
+    springls_step_desc step = l->step;
+    if (steps < at_rest) step.forces = NULL;
+    else if (steps == at_rest && !ctx->at_rest) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls_step(ctx, &step));
+    return steps == l->steps - 1 ? springls_relax(ctx) : SPRINGLS_OK;
+}
+
 FIXTURE springls_status life_step(springls_context *ctx, const life *l)
 {
+    if (l->which == LIFE_ASLEEP) return life_asleep(ctx, l);
     return l->which == LIFE_STAGES || l->which == LIFE_HOLLOW ? life_stages(ctx, l) : springls_step(ctx, &l->step);
 }
 

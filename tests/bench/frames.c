@@ -1,7 +1,7 @@
 /* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the
  * surface of a sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are
- * meshed. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what else runs, of the
- * processor. Frames after 20 to settle. */
+ * meshed. Then nothing moves: rest_ms. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what
+ * else runs, of the processor. Frames after 20 to settle. */
 #define _POSIX_C_SOURCE 200809L
 #include "springls.h"
 
@@ -15,7 +15,7 @@
 #include <omp.h>
 #endif
 
-enum { SETTLE = 20, MOST = 2000 };
+enum { SETTLE = 20, REST = 50, MOST = 2000 };
 
 struct brush {
     float center[3], radius, velocity[3];
@@ -74,7 +74,7 @@ static int fail(springls_context *ctx)
 
 int main(int argc, char **argv)
 {
-    static struct series frame, processor, step, chunk, share;
+    static struct series frame, processor, step, chunk, share, rest;
     const int grid = argc > 2 ? atoi(argv[1]) : 0, threads = argc > 2 ? atoi(argv[2]) : 0;
     const int frames = SETTLE + (argc > 3 ? atoi(argv[3]) : 100);
     if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + MOST) {
@@ -109,6 +109,10 @@ int main(int argc, char **argv)
         brush.center[1] = middle + radius * sinf(turn);
         brush.velocity[0] = i < SETTLE ? 0.0f : -cosf(turn);
         brush.velocity[1] = i < SETTLE ? 0.0f : -sinf(turn);
+        for (int k = 0; k < 3; ++k) {
+            forces.region_lower[k] = brush.center[k] - brush.radius;
+            forces.region_upper[k] = brush.center[k] + brush.radius;
+        }
         const double busy = processor_seconds(), begin = elapsed_seconds();
         if (springls_step(ctx, &one) != SPRINGLS_OK) {
             return fail(ctx);
@@ -127,6 +131,16 @@ int main(int argc, char **argv)
         chunk.value[chunk.count++] = 1e3 * (end - stepped);
         share.value[share.count++] = 100.0 * count / all;
     }
+    const springls_step_desc none = {.dt = 1.0f, .max_displacement = 2.0f};
+    for (int i = 0; i < 2 * REST; ++i) {
+        const double begin = elapsed_seconds();
+        if (springls_step(ctx, &none) != SPRINGLS_OK) {
+            return fail(ctx);
+        }
+        if (i >= REST) {
+            rest.value[rest.count++] = 1e3 * (elapsed_seconds() - begin);
+        }
+    }
     struct json_writer json;
     json_open_stream(&json, stdout);
     json_object_begin(&json, NULL);
@@ -139,6 +153,7 @@ int main(int argc, char **argv)
     report(&json, "step_ms", &step);
     report(&json, "chunks_ms", &chunk);
     report(&json, "chunks_percent", &share);
+    report(&json, "rest_ms", &rest);
     springls_chunks_destroy(ctx, chunks);
     springls_destroy(ctx);
     return json_close(&json) ? 0 : 1;

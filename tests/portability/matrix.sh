@@ -92,6 +92,16 @@ installed() {
         make -s uninstall DESTDIR=$PWD/$w PREFIX= && nothing "$(cd $w && find include share -type f)" "left by uninstall" &&
         nothing "$([ "$before" = "$(cksum springls.h)" ] || echo springls.h)" "changed by install"
 }
+no_large_frames() {  # a function's stack, bytes; jobs need less (tests/unit/test_stack.c)
+    $1 -std=c99 $2 -I. -fstack-usage -c -o $w/o.o $here/implement.c &&
+        nothing "$(awk -F'\t' '$2 > 16384 && $1 !~ /springls__append_divided/' $w/o.su)" "on the stack"
+}
+without_kernels() {
+    $1 -std=c99 -O1 $warnings -DSPRINGLS_NO_OPENCL -c -o $w/o.o $here/implement.c &&
+        nothing "$(strings $w/o.o | grep "__kernel void")" "of the kernels' text is in the object" &&
+        fails $1 -std=c99 -DSPRINGLS_NO_OPENCL -DWITH_OPENCL -I. -fsyntax-only $here/implement.c
+}
+minimal_is_silent() { $1 -std=c++20 -x c++ -Wall -Wextra -I. -fsyntax-only examples/minimal.c > $w/said 2>&1 && nothing "$(cat $w/said)" "from minimal.c"; }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
 # The library without any flag, on the machine's own instructions, which may be able to fuse; the callbacks of the program do not.
@@ -135,6 +145,9 @@ for cc in gcc clang; do
     check "$cc: implementation beside the macros of windows.h" compiles $cc -std=c99 $opencl -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
     check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
+    check "$cc: SPRINGLS_NO_OPENCL leaves the kernels' text out" without_kernels $cc
+    case $languages in *c++*) check "$cxx -std=c++20 -Wextra: minimal.c" minimal_is_silent $cxx ;; esac
+    [ $cc != gcc ] || for level in -O1 -O2 -O3; do check "$cc $level: no frame over 16 KB" no_large_frames $cc $level; done
     for with in "" $opencl; do
         c99="$cc -std=c99 $with"
         check "$c99: declarations include only stddef, stdint, stdbool" few_headers "$c99"

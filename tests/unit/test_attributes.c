@@ -61,7 +61,7 @@ static springls_status swirled(springls_context *ctx, int steps)
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.25f);
     springls_params params = springls_get_params(ctx);
     springls_status status;
-    params.lazy_way = 0.0f;
+    params.lazy_distance = 0.0f;
     status = springls_set_params(ctx, &params);
     step.max_displacement = 1.0f;
     for (; steps > 0 && status == SPRINGLS_OK; steps--) status = springls_step(ctx, &step);

@@ -193,6 +193,22 @@ static void guarded_free(void *memory, size_t bytes, void *user)
     fixture_free(memory, bytes, &((guarded_heap *)user)->heap);
 }
 
+/* What grows holds little more than is used, and advect leaves springls no memory that was sized for something else. */
+TEST memory_grows_by_little(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
+    size_t one = sizeof *ctx->model.set.error;
+    int i;
+    for (i = 0; i < 12; i++) ASSERT_OK(fixture_translate(ctx, 0.1f, 0.0f, 0.0f));
+    ASSERT_LT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes, 4 * one * (size_t)springls_count(ctx));
+    ASSERT_OK(springls__grow(ctx, SPRINGLS__ARRAY_ERROR, 100000, 0));
+    ASSERT_OK(springls__grow(ctx, SPRINGLS__ARRAY_ERROR, 120000, 0));
+    ASSERT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes >= 120000 * one);
+    ASSERT(ctx->memory[SPRINGLS__ARRAY_ERROR].bytes <= 140000 * one);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* All memory comes from the allocator, called from the caller's thread only; memory_used knows every byte; frees get back
    the sizes that were asked for; a mesh lives until it is freed; reset keeps memory, destroy returns all. */
 TEST memory_is_accounted_for(void)
@@ -595,6 +611,7 @@ TEST stages_survive_an_empty_model(void)
 
 SUITE(context)
 {
+    RUN_TEST(memory_grows_by_little);
     RUN_TEST(descriptions_are_checked);
     RUN_TEST(sizes_at_the_limit);
     RUN_TEST(parameters_are_checked);
@@ -612,11 +629,102 @@ SUITE(context)
     RUN_TEST(stages_survive_an_empty_model);
 }
 
+/* Why a description is refused can be asked for, one sentence for each cause. */
+TEST create_has_reasons(void)
+{
+    static const char *const expected[] = { "desc is NULL", "grid.size is less than 4", "grid.size is more than 4096",
+                                            "grid.spacing is not positive", "grid.origin is not finite", "in one plane",
+                                            "params.d_max", "params do not come from", "max_springls", "allocator.free" };
+    springls_params strange = springls_default_params(), foreign = strange;
+    springls_context *ctx;
+    int cause;
+    strange.d_max = -1.0f;
+    foreign.cookie = 0;
+    for (cause = 0; cause < 10; cause++) {
+        springls_desc desc = fixture_desc(16, NULL);
+        fixture_heap heap;
+        if (cause == 1) desc.grid.size[2] = 3;
+        if (cause == 2) desc.grid.size[1] = 5000;
+        if (cause == 3) desc.grid.spacing[1] = 1.0;
+        if (cause == 4) desc.grid.origin[2] = HUGE_VAL;
+        if (cause == 5) desc.grid.direction[0] = 1.0;
+        if (cause == 6) desc.params = &strange;
+        if (cause == 7) desc.params = &foreign;
+        if (cause == 8) desc.max_springls = -1;
+        if (cause == 9) {
+            desc.allocator = fixture_allocator(&heap);
+            desc.allocator.free = NULL;
+        }
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_create(cause ? &desc : NULL, &ctx));
+        if (!strstr(springls_create_error(cause ? &desc : NULL), expected[cause])) FAILm(expected[cause]);
+    }
+    PASS();
+}
+
+/* The defaults mean what zeros mean. */
+TEST defaults_are_those_of_zeros(void)
+{
+    springls_desc desc[2];
+    springls_step_desc step = springls_default_step_desc();
+    springls_forces forces[2];
+    springls_rotation_flow flow = { { 8.0f, 8.0f, 8.0f }, { 0.0f, 0.0f, 1.0f }, 1.0f };
+    springls_sphere ball = fixture_ball(9.0f, 8.0f, 8.0f, 4.0f);
+    uint64_t hash[2];
+    int i, k;
+    ASSERT_EQ(2.0f, step.max_displacement);
+    desc[0] = springls_default_desc();
+    forces[0] = springls_default_forces();
+    memset(&desc[1], 0, sizeof desc[1]);
+    memset(&forces[1], 0, sizeof forces[1]);
+    for (i = 0; i < 2; i++) {
+        springls_context *ctx;
+        for (k = 0; k < 3; k++) desc[i].grid.size[k] = 16;
+        ASSERT_STR_EQ("", springls_create_error(&desc[i]));
+        ASSERT_OK(springls_create(&desc[i], &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        forces[i].velocity = springls_velocity_rotation;
+        forces[i].user = &flow;
+        step.forces = &forces[i];
+        step.dt = 0.1f;
+        ASSERT_OK(springls_step(ctx, &step));
+        hash[i] = springls_state_hash(ctx);
+        springls_destroy(ctx);
+    }
+    ASSERT_EQ(hash[0], hash[1]);
+    PASS();
+}
+
+/* Each cause has a sentence of its own. */
+TEST steps_have_reasons(void)
+{
+    static const char *const expected[] = { "description is NULL", "dt is negative", "dt is not finite", "max_displacement is negative",
+                                            "max_displacement is not finite", "thousandth", "no mode" };
+    springls_context *ctx = fixture_sphere(16, NULL, 8.0f, 8.0f, 8.0f, 4.0f);
+    int cause;
+    ASSERT(ctx);
+    for (cause = 0; cause < 7; cause++) {
+        springls_step_desc step = springls_default_step_desc();
+        if (cause == 1) step.dt = -1.0f;
+        if (cause == 2) step.dt = (float)HUGE_VAL;
+        if (cause == 3) step.max_displacement = -1.0f;
+        if (cause == 4) step.max_displacement = (float)HUGE_VAL - (float)HUGE_VAL;
+        if (cause == 5) step.max_displacement = 1e-4f;
+        if (cause == 6) step.mode = (springls_mode)9;
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step(ctx, cause ? &step : NULL));
+        if (!strstr(springls_last_error(ctx), expected[cause])) FAILm(springls_last_error(ctx));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
     RUN_SUITE(context);
+    RUN_TEST(create_has_reasons);
+    RUN_TEST(defaults_are_those_of_zeros);
+    RUN_TEST(steps_have_reasons);
     GREATEST_MAIN_END();
 }

@@ -325,7 +325,7 @@ TEST the_same_everywhere(void)
         void *block;
         size_t size;
         bool done;
-        params.lazy_way = 0.0f;
+        params.lazy_distance = 0.0f;
         desc = fixture_desc(32, &params);
         if (way == 1) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
@@ -358,7 +358,7 @@ TEST the_same_everywhere(void)
         springls_params params = springls_default_params();
         springls_context *ctx;
         fixture_balls b = apart();
-        params.lazy_way = 0.0f;
+        params.lazy_distance = 0.0f;
         ctx = fixture_context(32, &params);
         ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &b));
         ASSERT_OK(springls_run(ctx, &step, 12));

@@ -55,7 +55,7 @@ TEST kept_springls_stay_as_they_are(int which, springls_mode mode)
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, mode, 1.0f);
     d3 moved = d3_make(STEPS * 0.05, STEPS * -0.04, STEPS * 0.03);
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     ctx = bad_sphere(&p, mask);
     before = fixture_copy(ctx);
     count = springls_count(ctx);

@@ -1,4 +1,4 @@
-/* test_lazy_steps.c - phi may stay behind the springls for a few steps, and nobody sees it: readers find forms that agree,
+/* test_lazy_steps.c - phi may stay behind the springls for a few steps, and no call shows it: readers find forms that agree,
    reading changes nothing that comes later, and what needs phi has it. */
 #include "fixtures.h"
 
@@ -234,7 +234,7 @@ TEST some_steps_are_whole(int which)
     if (which == 4) p.volume_lock = 1;
     if (which == 5) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     if (which == 6) p.contact = SPRINGLS_CONTACT_SEPARATE;
-    if (which == 7) p.lazy_way = 0.0f;
+    if (which == 7) p.lazy_distance = 0.0f;
     ASSERT_OK(springls_set_params(ctx, &p));
     ASSERT_OK(springls_step(ctx, &whole));
     ASSERT_LT(left_behind(ctx), springls_count(ctx) / 50);

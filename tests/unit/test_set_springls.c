@@ -128,7 +128,7 @@ TEST new_springls_find_it(void)
     p.split_edge = 0.9f;
     p.cover = 0; /* its triangles are never so large that they are split */
     p.resample_period = 2;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     ctx = scaled_context(&p, 1.0);
     b = moved_ball_make(ctx);
     ASSERT_OK(moved_ball_set(ctx, &b));

@@ -211,6 +211,149 @@ TEST a_model_at_rest_wakes(void)
     PASS();
 }
 
+/* ---- a tool that moves a part of a model ---- */
+
+/* Pushes the ball in for so many steps, the tool going up. awake: nothing sleeps. */
+static springls_status stroke(springls_context *ctx, int steps, int awake)
+{
+    tool t = some_tool();
+    springls_forces forces = fixture_forces(push, &t);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    int k;
+    step.max_displacement = 2.0f;
+    t.center[1] -= 3.0f;
+    for (; steps > 0; steps--) {
+        t.center[1] += 0.5f;
+        for (k = 0; k < 3; k++) {
+            forces.region_lower[k] = t.center[k] - t.radius;
+            forces.region_upper[k] = t.center[k] + t.radius;
+        }
+        if (awake) springls__wake_all(ctx);
+        SPRINGLS__TRY(springls_step(ctx, &step));
+    }
+    return SPRINGLS_OK;
+}
+
+TEST far_from_a_tool_all_bits_stay(void)
+{
+    const size_t voxels = (size_t)SIZE * SIZE * SIZE;
+    springls_context *ctx = resting_ball(SETTLED);
+    int count = springls_count(ctx), i, m = 0, far_away = 0, changed = 0;
+    springls__springl *before = (springls__springl *)malloc((size_t)count * sizeof *before);
+    uint32_t *ids = (uint32_t *)malloc((size_t)count * sizeof *ids);
+    float *phi = (float *)malloc(2 * voxels * sizeof *phi);
+    springls__model *model;
+    size_t v;
+    ASSERT(ctx->at_rest);
+    ASSERT_OK(springls_copy_level_set(ctx, phi));
+    model = &ctx->model;
+    ASSERT_OK(springls__ensure_on_host(ctx, SPRINGLS__SET_BITS));
+    memcpy(before, model->set.s, (size_t)count * sizeof *before);
+    memcpy(ids, model->set.id, (size_t)count * sizeof *ids);
+    ASSERT_OK(stroke(ctx, 30, 0));
+    ASSERT_OK(springls_copy_level_set(ctx, phi + voxels));
+    ASSERT_OK(springls__ensure_on_host(ctx, SPRINGLS__SET_BITS));
+    for (i = 0; i < model->set.count; i++) {
+        while (m < count && ids[m] < model->set.id[i]) m++;
+        if (m == count) break;
+        if (ids[m] != model->set.id[i]) continue;
+        if (before[m].p.x < 32.0f) {
+            changed += memcmp(&before[m], &model->set.s[i], sizeof *before) != 0;
+            continue;
+        }
+        far_away++;
+        ASSERT_EQ(0, memcmp(&before[m], &model->set.s[i], sizeof *before));
+    }
+    for (v = 0; v < voxels; v++)
+        if (v % SIZE >= 32) ASSERT_EQ_FMT((double)phi[v], (double)phi[voxels + v], "%g");
+    ASSERT_GT(far_away, 300);
+    ASSERT_GT(changed, 200);
+    free(before);
+    free(ids);
+    free(phi);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Springls that sleep differ from ones that are kept awake by what relaxing at rest moves to and fro. */
+TEST a_model_asleep_is_near_one_awake(void)
+{
+    const size_t voxels = (size_t)SIZE * SIZE * SIZE;
+    springls_context *asleep = resting_ball(SETTLED), *awake = resting_ball(SETTLED);
+    float *phi = (float *)malloc(2 * voxels * sizeof *phi);
+    double sum = 0.0, most = 0.0;
+    int near_zero = 0;
+    size_t v;
+    ASSERT_OK(stroke(asleep, 30, 0));
+    ASSERT_OK(stroke(awake, 30, 1));
+    ASSERT_OK(springls_copy_level_set(asleep, phi));
+    ASSERT_OK(springls_copy_level_set(awake, phi + voxels));
+    for (v = 0; v < voxels; v++) {
+        double by = fabs((double)phi[v] - (double)phi[voxels + v]);
+        if (fabs((double)phi[v]) > 1.0) continue;
+        near_zero++;
+        sum += by;
+        if (by > most) most = by;
+    }
+    ASSERT_LT(sum / near_zero, 0.004);
+    ASSERT_LT(most, 0.1);
+    ASSERT_IN_RANGE((double)springls_count(awake), (double)springls_count(asleep), 0.01 * springls_count(awake));
+    free(phi);
+    springls_destroy(asleep);
+    springls_destroy(awake);
+    PASS();
+}
+
+/* The same bits for every division of loops, and on the host. */
+TEST sleep_does_not_depend_on_threads(void)
+{
+    springls_sphere ball = fixture_ball(23.5f, 23.5f, 23.5f, 14.0f);
+    springls_context *ctx = resting_ball(SETTLED), *other = NULL;
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_step_desc step = no_motion();
+    fixture_workers workers;
+    int i;
+    desc.backend = NULL;
+    desc.tasks = fixture_tasks(&workers, 3, 1);
+    ASSERT_OK(springls_create(&desc, &other));
+    ASSERT_OK(springls_set_implicit(other, springls_implicit_sphere, &ball));
+    for (i = 0; i < SETTLED; i++) ASSERT_OK(springls_step(other, &step));
+    ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+    ASSERT_OK(stroke(ctx, 30, 0));
+    ASSERT_OK(stroke(other, 30, 0));
+    ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+    springls_destroy(ctx);
+    springls_destroy(other);
+    PASS();
+}
+
+/* A snapshot of a model of which a part sleeps goes on with the same bits. */
+TEST snapshots_have_what_sleeps(void)
+{
+    springls_context *ctx = resting_ball(SETTLED), *other = fixture_context(SIZE, NULL);
+    springls_step_desc step = no_motion();
+    size_t size;
+    void *block;
+    int i;
+    ASSERT_OK(stroke(ctx, 17, 0));
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
+    ASSERT_OK(springls_restore(other, block, size));
+    for (i = 0; i < 2; i++) {
+        ASSERT_OK(stroke(ctx, 16, 0));
+        ASSERT_OK(stroke(other, 16, 0));
+        ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_OK(springls_step(other, &step));
+        ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+    }
+    free(block);
+    springls_destroy(ctx);
+    springls_destroy(other);
+    PASS();
+}
+
 SUITE(sleep_suite)
 {
     RUN_TEST(a_model_at_rest_keeps_its_bits);
@@ -220,6 +363,10 @@ SUITE(sleep_suite)
     RUN_TEST(forces_act_in_their_region);
     RUN_TEST(snapshots_have_the_calm);
     RUN_TEST(a_model_at_rest_wakes);
+    RUN_TEST(far_from_a_tool_all_bits_stay);
+    RUN_TEST(a_model_asleep_is_near_one_awake);
+    RUN_TEST(sleep_does_not_depend_on_threads);
+    RUN_TEST(snapshots_have_what_sleeps);
 }
 
 GREATEST_MAIN_DEFS();

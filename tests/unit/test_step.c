@@ -29,13 +29,13 @@ static double look(void *user)
     return d->clock += 0.25;
 }
 
-static springls_context *traced(int which, float lazy_way, diary *d)
+static springls_context *traced(int which, float lazy_distance, diary *d)
 {
     springls_params p = set_of(which);
     springls_desc desc = fixture_desc(32, &p);
     springls_sphere sphere = fixture_ball(13.5f, 15.5f, 15.5f, 8.0f);
     springls_context *ctx = NULL;
-    p.lazy_way = lazy_way;
+    p.lazy_distance = lazy_distance;
     memset(d, 0, sizeof *d);
     desc.trace.stage = note;
     desc.trace.now = look;
@@ -82,8 +82,8 @@ TEST stages_run_in_order(int which, springls_mode mode, int one_to_one)
     PASS();
 }
 
-/* A step only advects while springls have moved less than lazy_way, the next step as far as this one; resampling comes with every
-   fifth whole step. The first time phi follows after half a voxel: whether there are thin sheets is not known. */
+/* A step only advects while springls have moved less than lazy_distance, the next step as far as this one; resampling comes with every
+   fifth whole step. The first time phi follows after 0.15 voxel: whether there are thin sheets is not known. */
 TEST lazy_steps_only_advect(void)
 {
     static diary d;
@@ -316,7 +316,7 @@ TEST masked_springls_keep_their_shape(void)
     fixture_springl *was;
     int i, m, count, bent = 0;
     uint8_t *mask;
-    p.lazy_way = 0.0f;
+    p.lazy_distance = 0.0f;
     ctx = fixture_sphere(32, &p, 13.5f, 15.5f, 15.5f, 8.0f);
     was = fixture_copy(ctx);
     count = springls_count(ctx);
@@ -352,7 +352,7 @@ TEST free_springls_are_not_stopped(int which)
         float wind[3] = { 0.4f, 0.1f, 0.0f };
         springls_forces forces = fixture_forces(fixture_wind, wind);
         springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
-        p.lazy_way = 0.0f;
+        p.lazy_distance = 0.0f;
         ctx = fixture_sphere(32, &p, 13.5f, 15.5f, 15.5f, 7.0f);
         step.stop_at_topology = stop;
         for (i = 0; i < 7; i++) ASSERT_OK(springls_step(ctx, &step));

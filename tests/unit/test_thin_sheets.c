@@ -8,6 +8,7 @@ static springls_params without_the_rules(void)
 {
     springls_params p = springls_default_params();
     p.keep_thin = p.nucleate = p.fill_from_springls = 0;
+    p.min_component = 0.0f;
     return p;
 }
 
@@ -275,6 +276,45 @@ TEST a_ribbon_does_not(void)
     PASS();
 }
 
+/* Makes the mesh of a plate 1.2 voxels thick, across (2, 3, 6). */
+static void oblique_plate(float positions[24], int triangles[36])
+{
+    static const int face[6][4] = { { 0, 4, 6, 2 }, { 1, 3, 7, 5 }, { 0, 1, 5, 4 }, { 2, 6, 7, 3 },
+                                    { 0, 2, 3, 1 }, { 4, 5, 7, 6 } };
+    static const int corner[6] = { 0, 1, 2, 0, 2, 3 };
+    const float across[3] = { 2.0f / 7.0f, 3.0f / 7.0f, 6.0f / 7.0f }, h = 1.0f / sqrtf(13.0f);
+    const float v[3] = { -3.0f * h, 2.0f * h, 0.0f }, w[3] = { -12.0f * h / 7.0f, -18.0f * h / 7.0f, 13.0f * h / 7.0f };
+    int i, k;
+    for (i = 0; i < 8; i++)
+        for (k = 0; k < 3; k++)
+            positions[3 * i + k] = 16.0f + (i & 1 ? 8.0f : -8.0f) * v[k] + (i & 2 ? 8.0f : -8.0f) * w[k]
+                                 + (i & 4 ? 0.6f : -0.6f) * across[k];
+    for (i = 0; i < 6; i++)
+        for (k = 0; k < 6; k++) triangles[6 * i + k] = face[i][corner[k]];
+}
+
+/* A plate that runs askew between voxels has no holes, neither when it is set nor at rest. */
+TEST an_oblique_plate_has_no_holes(void)
+{
+    float positions[24];
+    int triangles[36], i;
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_step_desc rest;
+    springls_measures m;
+    memset(&rest, 0, sizeof rest);
+    rest.dt = 0.1f;
+    oblique_plate(positions, triangles);
+    ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, positions, 8, 0, triangles, 12, NULL));
+    for (i = 0; i <= 5; i++) {
+        ASSERT_EQ(SPRINGLS_OK, springls_measure(ctx, &m));
+        ASSERT_EQ(1, m.components);
+        ASSERT_EQ(2, (int)m.euler);
+        ASSERT_EQ(SPRINGLS_OK, springls_step(ctx, &rest));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Far from any zero level contract keeps a sheet, by its other side, and removes what has neither other side nor neighbours.
    The paper's rule removes all. */
 TEST contract_keeps_the_sheet(void)
@@ -315,6 +355,7 @@ TEST contract_removes_a_wall(void)
 
 SUITE(thin_sheets)
 {
+    RUN_TEST(an_oblique_plate_has_no_holes);
     RUN_TEST(a_thin_sheet_survives);
     RUN_TEST(spheres_merge);
     RUN_TEST(a_thread_breaks);

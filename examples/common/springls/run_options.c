@@ -33,7 +33,7 @@ static const struct member members[] = {
     INTEGER(resample_period),      INTEGER(resample_last),        REAL(split_edge),              REAL(split_area),
     INTEGER(placement),            REAL(band_half_width),         REAL(capture_range),           INTEGER(evolve_iterations),
     REAL(evolve_step),             REAL(evolve_width),            REAL(curvature),               INTEGER(carry_level_set),
-    REAL(lazy_way),
+    REAL(lazy_distance),
     INTEGER(project_level_set),    INTEGER(nucleate),             INTEGER(keep_thin),            INTEGER(keep_edges),
     INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
     REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
