@@ -46,7 +46,7 @@ platform "Windows, x86-64, C++17" wine x86_64-w64-mingw32-g++ -x c++ -std=c++17 
 # Debian's Emscripten expects modules of Debian's Node, and no fetch, wherever Node comes from.
 export NODE_PATH=/usr/share/nodejs
 platform "WebAssembly" "node --no-experimental-fetch" emcc -O2 -s ALLOW_MEMORY_GROWTH=1
-platform "WebAssembly, SIMD" "node --no-experimental-fetch" emcc -O2 -msimd128 -s ALLOW_MEMORY_GROWTH=1
+platform "WebAssembly, SIMD" "node --no-experimental-fetch" emcc -O2 -msimd128 -fno-slp-vectorize -s ALLOW_MEMORY_GROWTH=1
 wait
 
 # ---- the result ----
