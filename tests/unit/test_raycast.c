@@ -385,8 +385,10 @@ TEST a_query_builds_nothing(void)
     springls_hit hit, before;
     uint64_t hash;
     size_t bytes;
+    static float phi[SIZE * SIZE * SIZE];
     float o[3] = { -20.0f, 16.0f, 16.0f }, d[3] = { 1.0f, 0.0f, 0.0f };
     ASSERT(ctx != NULL);
+    ASSERT_OK(springls_copy_level_set(ctx, phi)); /* phi follows the last steps */
     bytes = springls_memory_used(ctx);
     ASSERT_OK(springls_raycast(ctx, WATERTIGHT, o, d, 1, 0.0f, &before));
     ASSERT_OK(springls_closest(ctx, WATERTIGHT, o, 1, &hit));
