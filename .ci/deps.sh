@@ -1,7 +1,7 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
 # system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability,
-# python, packages. CC and CXX name the
+# python, web, web-test, packages. CC and CXX name the
 # compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -59,6 +59,11 @@ for group; do
         need_command x86_64-w64-mingw32-g++ g++-mingw-w64-x86-64
         need_command wine "wine wine64"
         need_command emcc "emscripten node-acorn" ;;
+    web)   # the page's compiler
+        need_command emcc "emscripten node-acorn" ;;
+    web-test)   # a browser without a display
+        need_command node nodejs
+        need_command chromium-headless-shell chromium-headless-shell ;;
     python)   # the one of the system: its packages hold the modules
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import cffi, numpy, nibabel' 2> /dev/null ||
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
@@ -103,7 +108,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, python, packages, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, python, web, web-test, packages, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

@@ -35,7 +35,7 @@ atlas_LIBS        = -lcjson
 morph_LIBS        = -lz
 viewer_LIBS       = -lglfw -lepoxy
 
-EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python %.mk,$(wildcard examples/*))))
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web %.mk,$(wildcard examples/*))))
 
 # $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries.
 uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
@@ -76,6 +76,29 @@ build/python/libspringls.so: springls.h build/python/settings
 build/python/springls.h: springls.h build/python/settings
 	@cp $< $@
 build/python/%.py: examples/python/%.py build/python/settings
+	@cp $< $@
+
+# The viewer's sources without window and files, for a browser; and for this machine without drawing, to print the hashes that the
+# page compares with. All is in one text, so that the page opens from a disk. Emscripten wants modules of Debian's Node. The SLP
+# vectorizer of clang 14 changes results for WebAssembly.
+WEB_SOURCES = examples/web/web.c $(patsubst %,examples/viewer/%.c,app camera file history model script solid tools) \
+              $(patsubst %,examples/common/%.c,pictures/raycast_camera base/cli base/progress)
+WEB_PICTURE = examples/viewer/gl.c examples/viewer/scene.c
+WEB_FLAGS   = -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -Iexamples -Iexamples/common
+WEB_LINK    = --no-entry -sALLOW_MEMORY_GROWTH=1 -sMIN_WEBGL_VERSION=2 -sMAX_WEBGL_VERSION=2 -sSINGLE_FILE=1 \
+              -sEXPORTED_RUNTIME_METHODS=cwrap,FS --embed-file examples/pictures/viewer.txt@strokes.txt
+web: deps-web build/web/web.js build/web/native.js build/web/index.html   ## the viewer as a page for a browser: build/web/index.html
+build/web/web.js: $(WEB_SOURCES) $(WEB_PICTURE) $(wildcard examples/viewer/*.h) examples/pictures/viewer.txt springls.h
+	@mkdir -p $(@D)
+	$(SAY)NODE_PATH=/usr/share/nodejs emcc $(WEB_FLAGS) -msimd128 -fno-slp-vectorize $(WEB_LINK) -o $@ $(WEB_SOURCES) $(WEB_PICTURE)
+build/web_native: $(WEB_SOURCES) $(wildcard examples/viewer/*.h) springls.h
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(WEB_FLAGS) -ffunction-sections -Wl,--gc-sections -o $@ $(WEB_SOURCES) -lm
+build/web/native.js: build/web_native examples/pictures/viewer.txt
+	@mkdir -p $(@D)
+	@build/web_native examples/pictures/viewer.txt > $@
+build/web/%.html: examples/web/%.html
+	@mkdir -p $(@D)
 	@cp $< $@
 
 .PHONY: $(EXAMPLES) python check-folders

@@ -158,6 +158,9 @@ portability: deps-portability   ## the same bits from every compiler and platfor
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)
 
+web-test: web deps-web-test   ## the page in headless Chromium: mouse, touch, hashes; pictures of it in build/web/pictures
+	@node tests/examples/web.js build/web/index.html build/web/pictures
+
 packages: deps-packages   ## can programs find the library by CMake, Meson, pkg-config and the recipes of packages/?
 	@tests/portability/packages.sh
 

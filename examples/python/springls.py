@@ -14,6 +14,7 @@ Volumes have shape (nx, ny, nz), as nibabel gives them, and are not copied when 
 Meshes, shapes and queries are in world coordinates, springls and forces in voxels. Points are arrays of shape (n, 3).
 Failures raise springls.Error. A model belongs to one thread at a time.
 """
+import operator
 import os
 import re
 from types import SimpleNamespace
@@ -72,8 +73,11 @@ def params(base='default', **members):
 def _fill(struct, members):
     for name, value in members.items():
         if not hasattr(struct, name):
-            raise TypeError(f'{_ffi.typeof(struct).cname} has no member {name}')
-        setattr(struct, name, value)
+            raise TypeError(f'there is no member {name}')
+        try:
+            setattr(struct, name, value)
+        except (TypeError, OverflowError) as error:
+            raise type(error)(f'{name}: {error}') from None
     return struct
 
 
@@ -86,9 +90,12 @@ def _constant(group, name):
 
 def _array(values, dtype, shape, order='C', name='array'):
     """Returns `values` as an array of that shape, where -1 stands for any length; copies only what has to be converted."""
-    array = np.require(values, dtype, requirements=order)
-    if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
-        raise ValueError(f'{name} has the shape {array.shape}, not {shape} (-1: any)')
+    given = np.asarray(values)
+    if given.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, given.shape)):
+        raise ValueError(f'{name} has the shape {given.shape}, not {shape}' + ' (-1: any)' * (-1 in shape))
+    array = np.require(given, dtype, requirements=order)
+    if array.dtype.kind in 'iu' and not np.array_equal(array, given):
+        raise ValueError(f'{name} has numbers that are not {array.dtype}')
     return array
 
 
@@ -97,7 +104,7 @@ def _pointer(array, kind='float[]'):
     return _ffi.from_buffer(kind, array.ravel(order='K'))
 
 
-def _view(pointer, count, dtype, shape=(), stride=None):
+def _view(pointer, count, dtype, shape=(), stride=None, writeable=False):
     """Shows `count` rows at a pointer of the library as an array, without a copy."""
     row = np.dtype(dtype).itemsize * int(np.prod(shape, dtype=int))
     if count == 0 or pointer == _ffi.NULL:
@@ -105,6 +112,7 @@ def _view(pointer, count, dtype, shape=(), stride=None):
     stride = stride or row
     bytes_ = _ffi.buffer(_ffi.cast('char *', pointer), stride * (count - 1) + row)
     rows = np.ndarray((count,) + shape, dtype, bytes_, strides=(stride,) + np.empty(shape, dtype).strides)
+    rows.flags.writeable = writeable
     return rows
 
 
@@ -124,7 +132,7 @@ class Model:
             affine = _array(affine, float, (4, 4), name='affine')
             spacing = np.linalg.norm(affine[:3, :3], axis=0)
             direction, origin = affine[:3, :3] / spacing, affine[:3, 3]
-        self.size = tuple(int(n) for n in size)
+        self.size = tuple(operator.index(n) for n in size)
         desc = _ffi.new('springls_desc *')
         desc.grid.size = self.size
         desc.grid.spacing = np.broadcast_to(spacing, 3).tolist()
@@ -141,12 +149,19 @@ class Model:
                 reasons.append(_ffi.string(message).decode())
 
         desc.logger.log = log
-        self._log, self._ctx = log, _ffi.NULL   # the library calls `log` as long as the context lives
+        self._busy = False
+        self._log = log   # the library calls `log` as long as the context lives
         out = _ffi.new('springls_context **')
         status = _lib.springls_create(desc, out)
         if status != _lib.SPRINGLS_OK:
             raise Error(status, reasons[-1] if reasons else _ffi.string(_lib.springls_status_string(status)).decode())
-        self._ctx = _ffi.gc(out[0], _lib.springls_destroy)
+        self._handle = _ffi.gc(out[0], _lib.springls_destroy)
+
+    @property
+    def _ctx(self):
+        if self._busy:
+            raise RuntimeError('a function that the model calls cannot use the model')
+        return self._handle
 
     def _check(self, status):
         if status != _lib.SPRINGLS_OK:
@@ -193,9 +208,9 @@ class Model:
 
     def set_implicit(self, distance):
         """Sets the model from a function that gives the signed distance at points (n, 3) in world units, negative inside."""
-        with _Calls() as calls:
+        with _Calls(self) as calls:
             evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (), lambda u, x, n, out: ((_points(x, n),), n, out))
-            status = _lib.springls_set_implicit(self._ctx, evaluate, _ffi.NULL)
+            status = _lib.springls_set_implicit(calls.context, evaluate, _ffi.NULL)
         self._check(status)
 
     # ---- motion ----
@@ -209,18 +224,18 @@ class Model:
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
         'elastic' or 'advect_only'. An exception in a function ends the step and is raised again.
         """
-        self._drive(lambda desc: _lib.springls_step(self._ctx, desc), **_without(locals(), 'self'))
+        self._drive(_lib.springls_step, **_without(locals(), 'self'))
 
-    def run(self, steps, progress=None, stop_at_rest=False, **forces):
+    def run(self, steps, stop_at_rest=False, **forces):
         """Runs `steps` steps; the keywords are those of `step`. stop_at_rest: ends when hardly a springl moves."""
-        self._drive(lambda desc: _lib.springls_run(self._ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
+        self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
     def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
                pressure_field=None, curvature=0, mode='fluid', integrator='rk4', **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature
         forces.integrator = _constant('INTEGRATOR', integrator)
-        with _Calls() as calls:
+        with _Calls(self) as calls:
             if velocity:
                 forces.velocity = calls.wrap('springls_velocity_fn', velocity, (3,),
                                              lambda u, x, n, t, out: ((_points(x, n), t), n, out))
@@ -238,7 +253,7 @@ class Model:
                 forces.pressure_grid.data = calls.keep(_pointer(samples), samples)
             desc = _fill(_ffi.new('springls_step_desc *'), dict(members, forces=forces, dt=dt, max_displacement=max_displacement,
                                                                 mode=_constant('MODE', mode)))
-            status = call(desc)
+            status = call(calls.context, desc)
         self._check(status)
 
     # ---- reading ----
@@ -348,6 +363,8 @@ class Model:
         """
         values = np.asarray(values, 'f4')
         values = _array(values[:, None] if values.ndim == 1 else values, 'f4', (self.count, -1), name='values')
+        if '\0' in name:
+            raise ValueError('name has a null character')
         text, rule = _ffi.new('char[]', name.encode()), _constant('POLICY', policy)
         desc = _ffi.new('springls_attribute_desc *', (text, values.shape[1], rule, rule, rule))
         self._check(_lib.springls_add_attribute(self._ctx, desc, _pointer(values), _ffi.NULL))
@@ -420,22 +437,21 @@ def _without(names, *left_out):
 
 
 def _points(pointer, count):
-    """Shows points of the library as an array that can only be read."""
-    rows = _view(pointer, count, 'f4', (3,))
-    rows.flags.writeable = False
-    return rows
+    return _view(pointer, count, 'f4', (3,))
 
 
 class _Calls:
     """Holds what the library borrows during a call: callbacks, samples, and the first exception that a function raised."""
 
-    def __init__(self):
-        self.kept, self.error = [], None
+    def __init__(self, model):
+        self.kept, self.error, self.model, self.context = [], None, model, model._ctx
 
     def __enter__(self):
+        self.model._busy = True
         return self
 
     def __exit__(self, *_):
+        self.model._busy = False
         if self.error is not None:
             raise self.error
 
@@ -447,9 +463,9 @@ class _Calls:
         """Makes a C function of one that takes arrays and returns one row of `shape` a point. NaN ends a step that it fails in."""
         def called(*given):
             values, count, out = arguments(*given)
-            rows = _view(out, count, 'f4', shape)
+            rows = _view(out, count, 'f4', shape, writeable=True)
             try:
-                rows[...] = np.asarray(function(*values), 'f4').reshape(rows.shape)
+                rows[...] = _array(function(*values), 'f4', rows.shape, name='what the function returns')
             except BaseException as error:
                 self.error = self.error or error
                 rows[...] = np.nan

@@ -3,7 +3,14 @@
 #include "base/vec3.h"
 #include "viewer/shaders.h"
 
-#include <epoxy/gl.h>
+#ifdef __EMSCRIPTEN__
+  #include <GLES3/gl3.h>
+  #define GL_LINE 0
+  #define GL_FILL 0
+  #define glPolygonMode(faces, mode) ((void)0) /* WebGL has no wireframes; examples/web leaves that view out */
+#else
+  #include <epoxy/gl.h>
+#endif
 
 #include <stdio.h>
 #include <stdlib.h>

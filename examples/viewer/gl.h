@@ -1,4 +1,4 @@
-/* gl.h - drawing with OpenGL 3.3 core in the current context: surfaces, the pointer's stroke, a panel of text. */
+/* gl.h - drawing with OpenGL 3.3 core or WebGL 2 in the current context: surfaces, the pointer's stroke, a panel of text. */
 #ifndef EXAMPLES_VIEWER_GL_H
 #define EXAMPLES_VIEWER_GL_H
 

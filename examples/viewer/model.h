@@ -2,7 +2,7 @@
 #ifndef EXAMPLES_VIEWER_MODEL_H
 #define EXAMPLES_VIEWER_MODEL_H
 
-#include "springls_cl.h"
+#include "springls.h"
 #include "surface/mesh_io.h"
 
 enum { VIEWER_TEXT = MESH_TEXT };

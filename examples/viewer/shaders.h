@@ -1,10 +1,16 @@
-/* shaders.h - the viewer's GLSL 3.30, one line a string. */
+/* shaders.h - the viewer's GLSL, which is 3.30 and 3.00 ES, one line a string. */
 #ifndef EXAMPLES_VIEWER_SHADERS_H
 #define EXAMPLES_VIEWER_SHADERS_H
 
+#ifdef __EMSCRIPTEN__
+  #define VIEWER_GLSL "#version 300 es\nprecision highp float;\nprecision highp int;\n"
+#else
+  #define VIEWER_GLSL "#version 330 core\n"
+#endif
+
 /* A surface: place, normal, and the original place. `corner` serves the edges of single triangles. */
 static const char *const viewer_surface_vertex[] = {
-    "#version 330 core\n",
+    VIEWER_GLSL,
     "layout(location = 0) in vec3 position;\n",
     "layout(location = 1) in vec3 normal;\n",
     "layout(location = 2) in vec3 original;\n",
@@ -25,7 +31,7 @@ static const char *const viewer_surface_vertex[] = {
 /* Two lights that follow the camera, and the brush's ball as a colored spot. The texture is that of
  * raycast_correspondence_color: hue by longitude around the box of the original, times a checker. */
 static const char *const viewer_surface_fragment[] = {
-    "#version 330 core\n",
+    VIEWER_GLSL,
     "in vec3 place, facing, origin, paint, corner;\n",
     "uniform vec3 eye, right, up, forward, base;\n",
     "uniform vec3 middle;\n",        /* of the original's box */
@@ -70,7 +76,7 @@ static const char *const viewer_surface_fragment[] = {
 
 /* A quadrilateral in clip coordinates, in one color or with a picture that is transparent where it is dark. */
 static const char *const viewer_flat_vertex[] = {
-    "#version 330 core\n",
+    VIEWER_GLSL,
     "uniform vec2 corners[4];\n", /* lower left, lower right, upper left, upper right */
     "out vec2 where;\n",
     "void main() {\n",
@@ -80,7 +86,7 @@ static const char *const viewer_flat_vertex[] = {
 };
 
 static const char *const viewer_flat_fragment[] = {
-    "#version 330 core\n",
+    VIEWER_GLSL,
     "in vec2 where;\n",
     "uniform sampler2D picture;\n",
     "uniform bool textured;\n",

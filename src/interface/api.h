@@ -329,7 +329,8 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
-   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
+   call a function that is given the context it serves, except counts, views and ids. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
 /* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and

@@ -80,7 +80,7 @@ SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motio
     for (i = 0; i < batch->count; i++) {
         springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
         springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
-        springls__voxel_to_world(motion->ctx, springls__load3(batch->correspondences + 3 * i), block->world_correspondences + 3 * i);
+        springls__voxel_to_world(motion->ctx, block->a[i], block->world_correspondences + 3 * i);
         block->world_normals[3 * i] = n.x;
         block->world_normals[3 * i + 1] = n.y;
         block->world_normals[3 * i + 2] = n.z;
@@ -209,8 +209,8 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
 }
 
 /* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x, float time,
-                                   springls__v3 *slope, springls__v3 *flow)
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+                                   float time, springls__v3 *slope, springls__v3 *flow)
 {
     const springls_forces *forces = &motion->forces;
     springls_batch *batch = &block->batch;
@@ -311,7 +311,8 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
             block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
     }
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
+        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
+                                  block->before + i);
     for (; i < count; i++)
         springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
 }

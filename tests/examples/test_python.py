@@ -47,6 +47,11 @@ class Refused(unittest.TestCase):
             self.assertRaises(ValueError, call)
         self.assertRaises(TypeError, springls.Model, (24, 24, 24), no_such_member=1)
         self.assertRaises(KeyError, model.attribute, 'none')
+        self.assertRaises(ValueError, model.set_mesh, np.zeros((4, 3)), [(0, 1.5, 2)])
+        self.assertRaises(ValueError, model.set_labels, np.full(model.size, 2 ** 40))
+        self.assertRaises(TypeError, springls.Model, (24.5, 24, 24))
+        self.assertRaisesRegex(TypeError, 'contact', springls.params, contact='separate')
+        self.assertFalse(model.particles(copy=False).flags.writeable)
 
     def test_exceptions_of_functions_are_raised_again(self):
         model, calls = ball(), []
@@ -58,6 +63,8 @@ class Refused(unittest.TestCase):
         self.assertRaisesRegex(ZeroDivisionError, 'mine', model.step, dt=1, velocity=fail)
         self.assertEqual(model.state_hash, before)
         self.assertRaises(ValueError, model.step, dt=1, velocity=lambda points, time: points[1:])
+        self.assertRaises(ValueError, model.step, dt=1, velocity=lambda points, time: points.T)
+        self.assertRaises(RuntimeError, model.step, dt=1, velocity=lambda points, time: model.step(dt=1))
         model.step(dt=1, velocity=lambda points, time: 0 * points + 1)
         np.testing.assert_allclose(model.particles().mean(axis=0), 13, atol=0.05)
 

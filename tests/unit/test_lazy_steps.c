@@ -1,4 +1,4 @@
-/* test_lazy_steps.c - phi may stay behind the springls for a few steps, and nobody sees it: readers find forms that agree,
+/* test_lazy_steps.c - phi may stay behind the springls for a few steps, and no call shows it: readers find forms that agree,
    reading changes nothing that comes later, and what needs phi has it. */
 #include "fixtures.h"
 

@@ -439,7 +439,7 @@ TEST callbacks_are_given_springls(int own, int threads)
         ASSERT_EQ(0, w.wrong[i]);
         ASSERT_EQ(4, w.pressures[i]);
         ASSERT_EQ(4, w.affines[i]);
-        for (m = 0; m < 4; m++) ASSERT_EQ(m == 0 || own ? 4 : 0, w.velocities[i][m]);
+        for (m = 0; m < 4; m++) ASSERT_EQ(m == 0 ? 6 : own ? 4 : 0, w.velocities[i][m]);
         ASSERT_LT(d3_distance(to, d3_of(fixture_particle(ctx, i))), 1e-4);
     }
     springls_destroy(ctx);
