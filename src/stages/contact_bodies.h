@@ -5,6 +5,7 @@
 
 #include "../runtime/launch.h"
 #include "../model/cell_list.h"
+#include "../model/constellation.h"
 #include "components.h"
 
 SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
