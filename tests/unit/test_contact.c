@@ -317,6 +317,27 @@ TEST neighbors_are_of_their_body(void)
     PASS();
 }
 
+/* Springls that face against phi are turned, but not beside another body: phi is of both. */
+TEST orient_keeps_what_is_beside_another_body(uint32_t other)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    int side, i, turned = 0;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 25.9f, -1);
+    side = springls_count(ctx);
+    lay_side(ctx, 26.1f, 1);
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : other;
+    ASSERT_OK(fixture_stage(ctx, springls__orient));
+    for (i = 0; i < side; i++) turned += springls__springl_normal(fixture_here(ctx)->set.s[i]).z > 0.0f;
+    if (other == 1u) ASSERT_GT(turned, side / 2);
+    else ASSERT_EQ(0, turned);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Between two sides that face each other phi opens, where it had closed. */
 TEST a_gap_opens(int nucleate)
 {
@@ -451,6 +472,8 @@ SUITE(contact)
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
     RUN_TEST(neighbors_are_of_one_body);
     RUN_TEST(neighbors_are_of_their_body);
+    RUN_TESTp(orient_keeps_what_is_beside_another_body, 1u);
+    RUN_TESTp(orient_keeps_what_is_beside_another_body, 2u);
     RUN_TESTp(a_gap_opens, 1);
     RUN_TESTp(a_gap_opens, 0);
 }
