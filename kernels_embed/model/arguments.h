@@ -38,6 +38,9 @@ typedef struct springls__omega_forget_arguments { int all; } springls__omega_for
 /* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */
 typedef struct springls__color_arguments { int color; } springls__color_arguments;
 
+/* overlap. No springl has come further than max_displacement since phi was last synced. */
+typedef struct springls__overlap_arguments { float max_displacement; } springls__overlap_arguments;
+
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
@@ -80,6 +83,7 @@ typedef union springls__arguments {
     springls__omega_constant_arguments omega_constant;
     springls__omega_forget_arguments omega_forget;
     springls__color_arguments commit_simple;
+    springls__overlap_arguments overlap;
     springls__project_arguments project;
     springls__resolve_arguments resolve;
     springls__grow_line_arguments grow_line;

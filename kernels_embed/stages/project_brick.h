@@ -7,6 +7,7 @@
 #include "../model/model.h"
 #include "../model/neighborhood.h"
 #include "keep_edges.h"
+#include "overlap.h"
 #include "project.h"
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
@@ -329,18 +330,23 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
+SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
+{
+    return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));
+}
+
 /* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
    a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, bool carry, bool at_edge, float phi)
+                                              springls__moments sum, springls__arguments args, bool at_edge, float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
-    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__v3 x = springls__voxel_place(origin, v);
     springls__estimate edge;
     springls__projection f;
-    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
     if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
@@ -350,7 +356,29 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
+    if ((f.distance < 0.0f) != (phi < 0.0f)) {
+        int side = springls__side_of_bodies(model, x, args.project.max_displacement);
+        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
+    }
     return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
+}
+
+/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
+   and does not bound how deep a voxel lies in the gap that opens when they part. */
+SPRINGLS__MATHS bool springls__may_be_passed(const springls__model *model, float phi, float max_displacement)
+{
+    if (springls__fabs(phi) < max_displacement) return true;
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && phi < 0.0f && max_displacement > SPRINGLS__PROJECT_RADIUS;
+}
+
+/* Returns phi at a voxel x that the surface may have passed and no springl is near: on its side of two bodies, else as it was
+   where it lies deep, or with the mark of an unknown side. */
+SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springls__v3 x, float phi, float max_displacement)
+{
+    int side = springls__side_of_bodies(model, x, max_displacement);
+    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
+    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
+    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -382,11 +410,11 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), carry,
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,
                                                  at_edge, phi[v]);
-            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
-                out[v] = springls__side_unknown(phi[v], g->far_value);
-                *side_unknown = 1;
+            } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {
+                out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);
+                if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;
             }
         }
     }

@@ -351,7 +351,9 @@
        can distinguish bodies by springl (springls_batch) or by correspondence.
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
-   A springl is found to lie in another body when it passes that body's surface: no step may move it by more than two voxels.
+   A springl is found to lie in another body when it passes that body's surface, and a voxel to lie outside by the springls of
+   both: no step may move a springl by more than two voxels. Up to that, long steps press bodies together and draw them apart as
+   short ones do.
 
 
    REST

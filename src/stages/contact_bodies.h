@@ -5,6 +5,7 @@
 
 #include "../runtime/launch.h"
 #include "../model/cell_list.h"
+#include "../model/constellation.h"
 #include "components.h"
 
 SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
@@ -33,9 +34,11 @@ SPRINGLS__FN springls_status springls__find_contact_bodies(springls_context *ctx
 /* Finds which springls lie in another body. */
 SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
 {
+    springls__arguments args;
     if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &args.overlap.max_displacement));
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, &args);
     return SPRINGLS_OK;
 }
 

@@ -5,6 +5,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
+#include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/neighbors.h"
 
@@ -78,6 +79,7 @@ SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
 /* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
+    if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
     ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;

@@ -178,6 +178,40 @@ TEST balls_pass(springls_contact contact, springls_mode mode)
     PASS();
 }
 
+/* Balls that move by up to two voxels a step each way overlap by the volume of their lens, and are two again when they part. */
+TEST balls_pass_in_long_steps(float pressed, int in, float drawn, int out)
+{
+    meeting flow = { BALLS, 23.7, 2.0, 0.0 };
+    springls_params p = springls_default_params();
+    springls_context *ctx = fixture_context(48, NULL);
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_measures first, m;
+    double deep = (double)pressed * in - 0.5 * flow.gap, lens = fixture_pi * 2.0 / 3.0 * deep * deep * (15.0 - deep);
+    forces.affine = meeting_map;
+    forces.user = &flow;
+    ASSERT_OK(springls_set_implicit(ctx, meeting_distance, &flow));
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ASSERT_OK(springls_set_params(ctx, &p));
+    ASSERT_OK(steps(ctx, &step, 5)); /* at rest: the first resampling */
+    ASSERT_OK(springls_measure(ctx, &first));
+    flow.speed = -(double)pressed;
+    ASSERT_OK(steps(ctx, &step, in));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    ASSERT_IN_RANGE(first.volume - lens, m.volume, 0.012 * first.volume); /* meshes round the crease */
+    flow.speed = (double)drawn;
+    ASSERT_OK(steps(ctx, &step, out));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(2, m.components);
+    ASSERT_EQ(4, m.euler);
+    ASSERT_IN_RANGE(first.volume, m.volume, 5e-3 * first.volume);
+    ASSERT_LT(displaced(ctx), 0.1);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* A ball that a model is united with is another body, though the level set joins the two; and they come apart. */
 TEST united_balls_stay_two(void)
 {
@@ -279,6 +313,27 @@ TEST neighbors_are_of_their_body(void)
     for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
     ASSERT_OK(springls_relax(ctx));
     ASSERT_EQ(0, neighbors_across(ctx, side));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Springls that face against phi are turned, but not beside another body: phi is of both. */
+TEST orient_keeps_what_is_beside_another_body(uint32_t other)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    int side, i, turned = 0;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 25.9f, -1);
+    side = springls_count(ctx);
+    lay_side(ctx, 26.1f, 1);
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : other;
+    ASSERT_OK(fixture_stage(ctx, springls__orient));
+    for (i = 0; i < side; i++) turned += springls__springl_normal(fixture_here(ctx)->set.s[i]).z > 0.0f;
+    if (other == 1u) ASSERT_GT(turned, side / 2);
+    else ASSERT_EQ(0, turned);
     springls_destroy(ctx);
     PASS();
 }
@@ -407,12 +462,18 @@ SUITE(contact)
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_FLUID);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_ELASTIC);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_MERGE, SPRINGLS_MODE_FLUID);
+    RUN_TESTp(balls_pass_in_long_steps, 0.5f, 6, 0.5f, 6);
+    RUN_TESTp(balls_pass_in_long_steps, 0.2f, 15, 1.0f, 3);
+    RUN_TESTp(balls_pass_in_long_steps, 1.0f, 4, 0.5f, 8);
+    RUN_TESTp(balls_pass_in_long_steps, 2.0f, 2, 2.0f, 2);
     RUN_TEST(united_balls_stay_two);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 1);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
     RUN_TEST(neighbors_are_of_one_body);
     RUN_TEST(neighbors_are_of_their_body);
+    RUN_TESTp(orient_keeps_what_is_beside_another_body, 1u);
+    RUN_TESTp(orient_keeps_what_is_beside_another_body, 2u);
     RUN_TESTp(a_gap_opens, 1);
     RUN_TESTp(a_gap_opens, 0);
 }
