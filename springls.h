@@ -10527,6 +10527,15 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
+enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
+
+/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
@@ -12164,6 +12173,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (by_kernel && ctx->on_device) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
@@ -30504,7 +30514,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30508 \"springls.h\"\n",
+    "#line 30518 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

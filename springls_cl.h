@@ -177,7 +177,6 @@ typedef enum springls__collective {
     SPRINGLS__COLLECTIVE_COUNT
 } springls__collective;
 
-#define SPRINGLS__CL_CHUNKS 1024 /* of an array, at most */
 
 typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
 
@@ -355,8 +354,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
 SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_t writes)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CL_CHUNKS, 0));
+    SPRINGLS__TRY(springls__reserve_counts(ctx));
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
 }
 
@@ -373,7 +371,7 @@ SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int 
     springls__arguments args;
     memset(&args, 0, sizeof args);
     args.chunk.array = (int)array;
-    args.chunk.size = springls__imax((count + SPRINGLS__CL_CHUNKS - 1) / SPRINGLS__CL_CHUNKS, 64);
+    args.chunk.size = springls__imax((count + SPRINGLS__CHUNKS - 1) / SPRINGLS__CHUNKS, 64);
     args.chunk.count = count;
     args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
     return args;

@@ -135,6 +135,15 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
+enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
+
+/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {

@@ -242,7 +242,7 @@ FIXTURE void life_make(life *l, int which)
         l->forces.region_upper[0] = 6.0f;
         l->forces.region_upper[1] = l->forces.region_upper[2] = (float)LIFE_SIZE;
         l->params.resample_period = 2;
-        l->params.lazy_way = 0.0f;
+        l->params.lazy_distance = 0.0f;
         l->step.dt = 1.0f;
         l->steps = 32;
         break;
