@@ -9221,6 +9221,9 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
    between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is
    removed. */
 
+/* phi of a voxel that becomes inside, voxel: so deep that volume_lock's offsets do not open what was joined or filled. */
+#define SPRINGLS__FILLED_PHI (-0.05f)
+
 /* ---- rows ---- */
 
 /* Returns row `row` of the brick in a tile: eight voxels. */
@@ -9468,7 +9471,6 @@ SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, S
 SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
-    const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
@@ -9480,7 +9482,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
         for (x = 0; x < 8; x++) {
             if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = SPRINGLS__FILLED_PHI;
         }
     }
 }
@@ -9604,7 +9606,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
-    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
+    const float most = springls__max(max_neighbors, around_puncture);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
@@ -9617,7 +9619,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
             if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
             else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
-                springls__next_row(g, i, row)[x] = filled;
+                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;
         }
     }
 }
@@ -29421,6 +29423,9 @@ static const char *const springls__kernel_lines[] = {
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
     "\n",
+    "/* phi of a voxel that becomes inside, voxel: so deep that volume_lock's offsets do not open what was joined or filled. */\n",
+    "#define SPRINGLS__FILLED_PHI (-0.05f)\n",
+    "\n",
     "/* ---- rows ---- */\n",
     "\n",
     "/* Returns row `row` of the brick in a tile: eight voxels. */\n",
@@ -29668,7 +29673,6 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    const float inside = -0.05f; /* voxel: phi of a joint */\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
@@ -29680,7 +29684,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (x = 0; x < 8; x++) {\n",
     "            if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;\n",
+    "            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = SPRINGLS__FILLED_PHI;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -29804,7 +29808,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float least = model->params.min_component;\n",
     "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
     "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
-    "    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;\n",
+    "    const float most = springls__max(max_neighbors, around_puncture);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
@@ -29817,11 +29821,11 @@ static const char *const springls__kernel_lines[] = {
     "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
     "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
     "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
-    "                springls__next_row(g, i, row)[x] = filled;\n",
+    "                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9626 \"springls.h\"\n",
+    "#line 9628 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29897,7 +29901,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9703 \"springls.h\"\n",
+    "#line 9705 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -30133,7 +30137,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9940 \"springls.h\"\n",
+    "#line 9942 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -30158,7 +30162,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9966 \"springls.h\"\n",
+    "#line 9968 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -30417,7 +30421,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10226 \"springls.h\"\n",
+    "#line 10228 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30514,7 +30518,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30518 \"springls.h\"\n",
+    "#line 30522 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

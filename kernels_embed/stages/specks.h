@@ -10,6 +10,9 @@
 #include "../model/neighborhood.h"
 #include "topology.h"
 
+/* phi of a voxel that becomes inside, voxel: so deep that volume_lock's offsets do not open what was joined or filled. */
+#define SPRINGLS__FILLED_PHI (-0.05f)
+
 /* ---- rows ---- */
 
 /* Returns row `row` of the brick in a tile: eight voxels. */
@@ -257,7 +260,6 @@ SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, S
 SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
-    const float inside = -0.05f; /* voxel: phi of a joint */
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
@@ -269,7 +271,7 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
         for (x = 0; x < 8; x++) {
             if (phi[x] < 0.0f || phi[x] >= SPRINGLS__JOIN_PHI) continue;
             springls__row_voxel(o, row, x, at);
-            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = inside;
+            if (springls__is_best_joint(model, at)) springls__next_row(&model->grid, i, row)[x] = SPRINGLS__FILLED_PHI;
         }
     }
 }
@@ -393,7 +395,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     const float least = model->params.min_component;
     const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
     const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
-    const float most = springls__max(max_neighbors, around_puncture), filled = -1e-6f;
+    const float most = springls__max(max_neighbors, around_puncture);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
@@ -406,7 +408,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
             if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
                 springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
             else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
-                springls__next_row(g, i, row)[x] = filled;
+                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;
         }
     }
 }

@@ -156,7 +156,7 @@ TEST spheres_merge(void)
     ASSERT_EQ(2, m.components); /* at time 0.1 the gap is 1.4 voxels */
     for (; i < 32; i++) ASSERT_OK(springls_step(ctx, &step));
     flow.speed = 0.0f;
-    for (; i < 56; i++) ASSERT_OK(springls_step(ctx, &step)); /* what was between the spheres goes in resamplings */
+    for (; i < 42; i++) ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(1, bodies(ctx));
     ASSERT_EQ(0, deep_springls(ctx, 1.0f));
     springls_destroy(ctx);
