@@ -56,6 +56,7 @@
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>window:kernel        kernels_embed/stages/window.h
      >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>launch               src/runtime/launch.h
@@ -66,9 +67,9 @@
      >>constellation        src/model/constellation.h
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
+     >>transform            src/model/transform.h
      >>advect               src/stages/advect.h
      >>cell_list            src/model/cell_list.h
-     >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
@@ -96,6 +97,7 @@
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
      >>events               src/stages/events.h
+     >>window               src/stages/window.h
      >>follow               src/solver/follow.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
@@ -192,8 +194,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
-     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
-                              lines, and springls_cl.h cannot be included
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object at -O2: springls_kernel_source
+                              gives no lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -275,8 +277,9 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3, and fills holes of sheets that are
-                                                   narrower than a voxel. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3 (at most 16, since a search takes
+                                                   longer in larger parts), and fills holes of sheets that are narrower than
+                                                   a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -518,8 +521,8 @@
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
    where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
-   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
-   half a voxel.
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and
+   estimates are about half a voxel.
 
    VOLUME LOCK
 
@@ -540,11 +543,35 @@
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
-   springls_reset keeps them, springls_destroy returns them.
+   two tables have one int a brick of the grid: together 1 GiB at 4096^3, 256 KiB at 256^3. springls_memory_used returns the
+   bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
+
+   A WORLD WITHOUT WALLS
+
+   With springls_desc.follow the grid is a window that moves with its model, as the floating origin of a game does. When the
+   advect of a step brings a springl nearer than 16 voxels to the border, the window moves by whole bricks of 8^3 voxels so
+   that the model's box is in its middle. springls_window_offset returns how far it has come.
+
+     - World coordinates do not change: shapes, meshes, queries, events and forces with world_units are where they were. Far from
+       the origin a float has few digits; voxel coordinates (views, springls_write) keep theirs.
+     - Forces without world_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
+       Regions and samples of the model's own grid are on the lattice too.
+     - Chunks are named by bricks of the lattice. All are meshed again after a move.
+     - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
+     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - springls_combine takes models in different windows of one lattice.
+
+   Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
+   size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
+   depends on how far the model has come: a ball whose coordinates are multiples of 2^-12 has the same bits in its window after
+   10,000 voxels of a wind of whole voxels (tests/unit/test_window.c).
+
+   The window's sides should be at least 40 voxels longer than the model: the margin on both sides and a brick. A model that is
+   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left counts springls
+   that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
 
    THREADS
 
@@ -590,11 +617,14 @@
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
    promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
+   Threads of yours that flush denormal numbers to zero (FTZ, DAZ) change no bit. Where floats cannot be rounded as C has
+   them, the implementation does not compile, and one error says why: on the x87 unit (-msse2 -mfpmath=sse is needed), and
+   with tcc, which miscompiles functions that return structs of three floats.
    Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
    LIMITS
 
-     - The grid has 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
+     - The grid has 4 to 4096 voxels a side and does not grow. The model is closed at the border of the grid.
      - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
        DATA FLOW). Filaments of that thickness break.
      - A vertex has at most 8 neighbour edges (section 4.8).
@@ -704,6 +734,7 @@
   #define springls_last_error SPRINGLS__NAME(springls_last_error)
   #define springls_get_params SPRINGLS__NAME(springls_get_params)
   #define springls_set_params SPRINGLS__NAME(springls_set_params)
+  #define springls_window_offset SPRINGLS__NAME(springls_window_offset)
   #define springls_to_voxel SPRINGLS__NAME(springls_to_voxel)
   #define springls_to_world SPRINGLS__NAME(springls_to_world)
   #define springls_memory_used SPRINGLS__NAME(springls_memory_used)
@@ -763,6 +794,8 @@
   #define springls_chunks_create SPRINGLS__NAME(springls_chunks_create)
   #define springls_chunks_destroy SPRINGLS__NAME(springls_chunks_destroy)
   #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
+  #define springls_chunks_begin SPRINGLS__NAME(springls_chunks_begin)
+  #define springls_chunks_continue SPRINGLS__NAME(springls_chunks_continue)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
@@ -807,7 +840,8 @@ extern "C" {
 
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
-     (i,j,k).
+     (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
+     where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
    - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
@@ -975,7 +1009,7 @@ typedef struct springls_params {
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
-    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */
+    float min_component;     /* 0..16 voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay */
     springls_topology topology;
     springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */
 
@@ -1040,6 +1074,8 @@ typedef struct springls_desc {
     springls_progress progress;
     springls_trace trace;
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
+    bool follow;                   /* the grid is a window that moves with the model, by whole bricks of 8^3 voxels
+                                      (manual, A WORLD WITHOUT WALLS); grid.size has to be multiples of 8           */
 } springls_desc;
 
 /* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
@@ -1056,7 +1092,8 @@ SPRINGLS_API const char *springls_create_error(const springls_desc *desc);
 /* Frees the context and all that belongs to it; NULL is allowed. */
 SPRINGLS_API void springls_destroy(springls_context *ctx);
 
-/* Empties the model and removes its attributes; keeps memory and parameters, and sets the time to 0. */
+/* Empties the model and removes its attributes; keeps memory and parameters, sets the time to 0, and puts a grid that has moved
+   back to its place. */
 SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 
 /* Returns the sentence of the context's last failure, "" after none; it belongs to the context. ctx NULL: "no context". */
@@ -1069,6 +1106,11 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
    is out of range, springls_last_error() names it, and nothing changes. */
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
+/* Writes where the grid is now (springls_desc.follow): how many voxels it has moved from where springls_desc.grid placed it. This
+   added to voxel coordinates gives lattice coordinates, which no move changes. Zeros: it has not moved, or ctx is NULL. `offset`
+   may be NULL. */
+SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3]);
+
 /* Converts `count` points from world to voxel coordinates; `world` and `voxel` may be the same array. */
 SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
 
@@ -1080,9 +1122,9 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
-/* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, _set_reference_mesh, _set_keep_mask and springls_write change the model that
-   is there. */
+/* An input removes all attributes, sets the time to 0 and puts a grid that has moved back to where springls_desc.grid places it.
+   One that fails after its arguments were found good leaves the model empty. springls_set_reference, _set_reference_mesh,
+   _set_keep_mask and springls_write change the model that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -1199,6 +1241,9 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
+
+/* Where the grid has moved (springls_desc.follow), the coordinates of this chapter are lattice coordinates: a move changes nothing
+   that a callback gets. */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
@@ -1392,14 +1437,15 @@ typedef enum springls_snapshot_kind {
 } springls_snapshot_kind;
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
-   of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
+   of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
    read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
 /* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
-   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. It is taken
+   whole, also where it has more springls than this context's max_springls: then none are added until there are fewer. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -1449,8 +1495,8 @@ typedef struct springls_component {
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
-   springl they are born beside, until components are found at the end of the step. Belongs to the context, until the next call
-   that changes the model. */
+   springl they are born beside, until components are found at the end of the step. NULL while params.components and
+   params.volume_lock are 0. Belongs to the context, until the next call that changes the model. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
 /* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
@@ -1510,7 +1556,8 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
    the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* its marching cubes begin at voxel 8 brick: 8 a side, 9 at the grid's lower border   */
+    int brick[3];            /* its marching cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
+                                border. It names the same place when the grid has moved (springls_desc.follow)      */
     int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
     float *positions;        /* 3 a vertex, world                                                                   */
     float *normals;          /* 3 a vertex, unit, outward                                                           */
@@ -1541,9 +1588,21 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
    triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
    the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
-   have listed. */
+   have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count);
+
+/* Begins what springls_chunks_update does, in as many calls of springls_chunks_continue as the caller likes, with the same
+   bits. Completes a step in progress. Until the update is done, queries read the model as during a step; every call that changes
+   the model, or begins a step or an update of other chunks, completes the update first and returns its failure; inputs and
+   springls_restore drop it with the model, and springls_chunks_continue begins again. */
+SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks);
+
+/* Continues the update for about `seconds` by trace.now, as springls_step_continue does a step. *done: it is complete, and
+   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure ends the update.
+   INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
+SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+                                                      const springls_chunk **changed, int *count, bool *done);
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -1732,6 +1791,8 @@ typedef enum springls_operation {
 } springls_operation;
 
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
+   - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
+     middle of both; what lies beyond it is cut off. Correspondences keep their voxel coordinates.
    - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
      the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
    - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
@@ -1792,6 +1853,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 typedef struct springls_stats {
     int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
     int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
+    int64_t left;               /* of those removed: springls that had left the grid                                */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
     float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */
@@ -1835,10 +1897,17 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 #ifndef SPRINGLS_IMPLEMENTED
 #define SPRINGLS_IMPLEMENTED
 
-/* Equal bits need a*b+c rounded twice. Clang and OpenCL have a pragma (compat.h), GCC takes an option. */
+#if defined(__TINYC__)
+#error "springls.h: tcc cannot compile this: of a 12-byte struct that a function returns it stores 16 bytes, over another variable"
+#elif defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ == 2
+#error "springls.h: the x87 unit does not round to float, which equal bits need: compile with -msse2 -mfpmath=sse"
+#else
+
+/* Equal bits need every operation rounded to float. For a*b+c clang and OpenCL have a pragma (compat.h), GCC takes an option;
+   the other one is for the S/390, where -std=c99 computes floats in double. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("fp-contract=off", "excess-precision=fast")
 #endif
 
 
@@ -1889,6 +1958,9 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */
+typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;
+
 /* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
 typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
 
@@ -1916,9 +1988,9 @@ typedef struct springls__overlap_arguments { float max_displacement; } springls_
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
-   left. */
-typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which
+   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */
+typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
 typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
@@ -1948,6 +2020,7 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__reach_arguments reach;
     springls__relax_arguments relax;
     springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
@@ -1985,6 +2058,9 @@ typedef union springls__arguments {
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    /* window */                                                                                                                 \
+    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \
+    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -1997,6 +2073,7 @@ typedef union springls__arguments {
     X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
     X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
     X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
+    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \
     /* fill_gaps: from springls */                                                                                               \
     X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
     X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \
@@ -3579,42 +3656,69 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
-/* Copies a row of eight voxels. */
+/* Copies a row of eight voxels into a tile. */
 SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
 {
     int x;
     for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
 }
 
-/* Loads the row of a tile at (y, z), voxels of the domain. */
+/* Copies a row of eight voxels within the model. */
+SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__GLOBAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
+/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
     if (border) {
-        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
+            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
-        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+        SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
+        SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
+        for (x = 0; x < margin; x++) out[x] = before[x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + margin);
+        for (x = 0; x < margin; x++) out[margin + SPRINGLS__BRICK + x] = behind[x];
     }
 }
 
-/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
+/* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */
+SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                         bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
+{
+    const int width = SPRINGLS__BRICK + 2 * margin;
+    int row = group.item, y = row, z = 0;
+    SPRINGLS__BARRIER; /* other items may still read the old values */
+    for (; row < width * width; row += group.items, y += group.items) {
+        for (; y >= width; y -= width) z++;
+        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);
+    }
+    SPRINGLS__BARRIER;
+}
+
+/* Loads the tile of a slot. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row;
-    bool border;
+    int o[3];
     springls__slot_origin(g, slot, o);
-    border = springls__tile_at_border(g, o);
-    SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
-        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
-                                tile + SPRINGLS__TILE * row);
-    SPRINGLS__BARRIER;
+    springls__load_rows(g, field, o, springls__tile_at_border(g, o), 1, group, tile);
+}
+
+/* Returns which voxels of a row of a tile are inside, as bits. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)(row[x] < 0.0f) << x;
+    return signs;
 }
 
 /* Voxels of a row and their six neighbours, one voxel a lane. */
@@ -3673,35 +3777,20 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,
-   which loads nothing. */
+/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
-    int x, row;
+    int axis;
     bool border = false;
     tile->g = g;
     tile->field = field;
-    for (x = 0; x < 3; x++) {
-        tile->origin[x] = origin[x];
-        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    for (axis = 0; axis < 3; axis++) {
+        tile->origin[axis] = origin[axis];
+        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];
     }
-    SPRINGLS__BARRIER;
-    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {
-        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;
-        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
-            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-        }
-    }
-    SPRINGLS__BARRIER;
+    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);
 }
 
 /* Interpolates at x, in voxels from the brick's first one, trilinear. */
@@ -3854,10 +3943,10 @@ SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row, v;
+    int row;
     if (!g->some_asleep || g->awake[g->active[i]]) return false;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+        springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;
 }
 
@@ -3892,13 +3981,14 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
+    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */
+    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */
     uint32_t next, end;
-    int large;
 } springls__cell_walk;
 
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
@@ -3917,36 +4007,52 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.x = walk.lo[0];
     walk.y = walk.lo[1];
     walk.z = walk.lo[2];
+    walk.slot = walk.first = walk.last = 0;
+    walk.ids = model->cells.ids;
     walk.next = walk.end = 0;
-    walk.large = 0;
     return walk;
+}
+
+/* Goes on to the next row; returns false at the end. */
+SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    SPRINGLS__GLOBAL const uint32_t *cell;
+    int last, row;
+    if (walk->z > walk->hi[2]) {
+        if (walk->slot < 0) return false;
+        walk->slot = -1;
+        walk->ids = walk->cells->large;
+        walk->next = 0;
+        walk->end = (uint32_t)walk->cells->large_count;
+        return true;
+    }
+    last = springls__imin(walk->x | 7, walk->hi[0]);
+    row = springls__cell_in_brick(0, walk->y, walk->z);
+    walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
+    walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
+    walk->last = row + (last & 7) / SPRINGLS__CELL;
+    cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;
+    walk->next = cell[walk->first];
+    walk->end = cell[walk->last + 1];
+    walk->x = last + 1;
+    if (walk->x > walk->hi[0]) {
+        walk->x = walk->lo[0];
+        walk->y += SPRINGLS__CELL;
+        if (walk->y > walk->hi[1]) {
+            walk->y = walk->lo[1];
+            walk->z += SPRINGLS__CELL;
+        }
+    }
+    return true;
 }
 
 /* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
-    while (walk->next == walk->end) {
-        const springls__grid *g = walk->g;
-        SPRINGLS__GLOBAL const uint32_t *cell;
-        int last;
-        if (walk->z > walk->hi[2]) {
-            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
-        }
-        last = springls__imin(walk->x | 7, walk->hi[0]);
-        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
-        walk->x = last + 1;
-        if (walk->x > walk->hi[0]) {
-            walk->x = walk->lo[0];
-            walk->y += SPRINGLS__CELL;
-            if (walk->y > walk->hi[1]) {
-                walk->y = walk->lo[1];
-                walk->z += SPRINGLS__CELL;
-            }
-        }
-    }
-    return (int)walk->cells->ids[walk->next++];
+    while (walk->next == walk->end)
+        if (!springls__cell_walk_row(walk)) return -1;
+    return (int)walk->ids[walk->next++];
 }
 
 /* Begins a walk over at least all springls whose particle lies within r of x. */
@@ -4449,6 +4555,7 @@ typedef struct springls__force_rule {
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
+    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -4633,10 +4740,11 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *mod
     const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
     const float *n = rule->flow_numbers;
     SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
     if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
     if (rule->velocity.channels == 0) return out;
     return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
@@ -4978,10 +5086,11 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *mod
     const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
     const float *n = rule->flow_numbers;
     SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
     if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
     if (rule->velocity.channels == 0) return out;
     return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
@@ -5322,12 +5431,13 @@ typedef struct springls__kernel_run {
 /* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
 typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
 
-/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); piece: elements of the last piece; pace:
+   seconds an element takes (resumable.h). */
 typedef struct springls__pieces {
     springls__loop_work work;
     void *arg;
     size_t floats;
-    int next, count, grain;
+    int next, count, grain, piece;
     double pace;
     springls__kernel_run kernel;
 } springls__pieces;
@@ -5339,6 +5449,8 @@ typedef struct springls__work {
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
     bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
+    int added;              /* resample, fill_gaps: how many springls are being added                           */
+    bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -5389,6 +5501,7 @@ typedef struct springls__stepping {
     const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
     double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
+    struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
@@ -5401,10 +5514,19 @@ typedef struct springls__stepping {
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
+/* Where on the lattice of springls_desc.grid a window of its size is: its first voxel is voxel `offset` there. */
+typedef struct springls__window {
+    int offset[3];           /* multiples of 8 */
+    double to_world[12];     /* row-major 3x4, voxel of the window -> world */
+    double to_voxel[12];
+} springls__window;
+
 struct springls_context {
     springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
-    double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
-    double to_voxel[12];
+    double lattice_to_world[12]; /* row-major 3x4, voxel of springls_desc.grid -> world                          */
+    springls__window window;     /* where the grid is: of phi, and of all springls but their correspondences     */
+    springls__window original_window; /* of correspondences, phi_ref and the original surface                    */
+    int home[3];                 /* window.offset after an input                                                 */
     float smallest_spacing, largest_spacing;
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
@@ -5918,9 +6040,13 @@ SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int o
     uint32_t sectors = 0u;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
-        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        springls__v3 d;
+        float u, v;
+        if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        d = springls__sub(model->set.s[other].p, x);
+        u = springls__dot(d, gaps.e1);
+        v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f) continue;
         sectors |= springls__sector(u, v);
         if (springls__sectors_close(sectors)) return true;
     }
@@ -6875,6 +7001,22 @@ SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
     return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
+/* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
+SPRINGLS__MATHS float springls__outside_on_surface(float phi)
+{
+    const float rounding = 1e-3f; /* voxel */
+    return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;
+}
+
+/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
+   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)
+{
+    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
+    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;
+    return phi < 0.0f ? -beside : beside;
+}
+
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
    old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
@@ -6988,8 +7130,54 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
     return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
-/* A direction, and the weight of the springls that face it. */
-typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
+#define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */
+
+/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:
+   the mean direction (x, y, z), and their weight. */
+typedef struct springls__directions {
+    springls__v3 n[SPRINGLS__DIRECTIONS];
+    float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];
+    int count;
+} springls__directions;
+
+/* Finds the mean directions of the springls that face like numbers i, i + 1, ..., one a lane, and their weights. */
+SPRINGLS__MATHS void springls__find_support(springls__directions *directions, int i, const springls__v3 *n, const float *weight,
+                                            int count)
+{
+    springls__vec3 facing = springls__vec_load_v3(directions->x + i, directions->y + i, directions->z + i), sum;
+    springls__vec total = springls__vec_broadcast(0.0f), none = total;
+    int j;
+    sum = springls__vec_v3_make(none, none, none);
+    for (j = 0; j < count; j++) {
+        springls__vec3 other = springls__vec_broadcast3(n[j]);
+        springls__vmask alike = springls__vec_dot(facing, other) > SPRINGLS__TOGETHER;
+        springls__vec w = springls__vec_select(alike, springls__vec_broadcast(weight[j]), none);
+        total = total + w;
+        sum = springls__vec_mad(sum, other, w);
+    }
+    sum = springls__vec_normalize(sum);
+    springls__vec_store(directions->x + i, sum.x);
+    springls__vec_store(directions->y + i, sum.y);
+    springls__vec_store(directions->z + i, sum.z);
+    springls__vec_store(directions->weight + i, total);
+}
+
+/* Chooses directions, evenly among the springls, and finds the support of each; those behind directions->count are zero. */
+SPRINGLS__MATHS void springls__find_directions(const springls__v3 *n, const float *weight, int count,
+                                               springls__directions *directions)
+{
+    int i, stride = count / SPRINGLS__DIRECTIONS + 1;
+    directions->count = 0;
+    for (i = 0; i < SPRINGLS__DIRECTIONS; i++) {
+        springls__v3 one = i * stride < count ? n[i * stride] : springls__v3_make(0.0f, 0.0f, 0.0f);
+        directions->n[i] = one;
+        directions->x[i] = one.x;
+        directions->y[i] = one.y;
+        directions->z[i] = one.z;
+        directions->count += i * stride < count;
+    }
+    for (i = 0; i < directions->count; i += SPRINGLS__LANES) springls__find_support(directions, i, n, weight, count);
+}
 
 SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)
 {
@@ -6999,34 +7187,15 @@ SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, sp
     return false;
 }
 
-/* Returns the mean direction of the springls that face like number i, and their weight. */
-SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)
+/* Returns the direction with the largest weight, away from those tried before; -1: none has any. */
+SPRINGLS__MATHS int springls__next_side(const springls__v3 *tried, int tries, const springls__directions *directions)
 {
-    springls__support support;
-    int j;
-    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
-    support.weight = 0.0f;
-    for (j = 0; j < count; j++) {
-        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
-        support.weight += weight[j];
-        support.normal = springls__mad(support.normal, n[j], weight[j]);
-    }
-    support.normal = springls__normalize(support.normal);
-    return support;
-}
-
-/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */
-SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
-                                                      const float *weight, int count)
-{
-    springls__support best, support;
-    int i, stride = count / 24 + 1;
-    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
-    best.weight = 0.0f;
-    for (i = 0; i < count; i += stride) {
-        if (springls__is_tried(tried, tries, n[i])) continue;
-        support = springls__support_of(i, n, weight, count);
-        if (support.weight > best.weight) best = support;
+    float most = 0.0f;
+    int i, best = -1;
+    for (i = 0; i < directions->count; i++) {
+        if (directions->weight[i] <= most || springls__is_tried(tried, tries, directions->n[i])) continue;
+        most = directions->weight[i];
+        best = i;
     }
     return best;
 }
@@ -7060,20 +7229,23 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
                                                          int count, float narrow)
 {
     springls__v3 tried[SPRINGLS__TRIES];
+    springls__directions directions;
     springls__sides sides;
     float total = 0.0f;
     int i, tries = 0;
     sides.count = 0;
     for (i = 0; i < count; i++) total += weight[i];
+    springls__find_directions(n, weight, count, &directions);
     while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
-        springls__support side = springls__next_side(tried, tries, n, weight, count);
+        int d = springls__next_side(tried, tries, &directions);
         springls__strip strip;
-        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
-        tried[tries++] = side.normal;
-        strip = springls__strip_of(side.normal, p, n, weight, count);
+        springls__v3 normal;
+        if (d < 0 || directions.weight[d] < total * (1.0f / 12.0f)) break;
+        normal = tried[tries++] = springls__v3_make(directions.x[d], directions.y[d], directions.z[d]);
+        strip = springls__strip_of(normal, p, n, weight, count);
         if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
         sides.middle[sides.count] = strip.middle;
-        sides.normal[sides.count++] = side.normal;
+        sides.normal[sides.count++] = normal;
     }
     return sides;
 }
@@ -7200,29 +7372,29 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
     }
 }
 
-/* Fits the surface of one side about x, without springl `self`. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,
-                                                        springls__v3 x, springls__v3 a0, int self)
+/* Fits the surface of one side, facing n, about x; side_of: the side of each sample. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples,
+                                                        const int side_of[SPRINGLS__SAMPLE_SET_SIZE], int side, springls__v3 n,
+                                                        springls__v3 x, springls__v3 a0)
 {
-    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit fit = springls__fit_begin(x, n, a0);
     springls__fit_result result;
     int i;
     for (i = 0; i < samples->count; i++)
-        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
+        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
-        result.ok = 0;
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;
     return result;
 }
 
-/* Fits the surface of every side about x; returns how many fits are good. */
+/* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */
 SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
                                         springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
 {
-    int side, good = 0;
+    int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;
+    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
     for (side = 0; side < sides.count; side++) {
-        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);
+        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
         good += fit[side].ok != 0;
     }
     return good;
@@ -7340,6 +7512,22 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 
 /* ---- the stage: springls at a crease are found, and each is turned into its side ---- */
 
+/* Finds the cells of a slot that have springls which lay at an edge before, as bits. */
+SPRINGLS__MATHS void springls__edge_cells_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = model->grid.cell + (size_t)i * SPRINGLS__CELLS;
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    SPRINGLS__GLOBAL uint32_t *edge_cells = springls__edge_cells(model) + 2 * (size_t)i;
+    uint32_t k;
+    int c;
+    (void)args;
+    edge_cells[0] = edge_cells[1] = 0u;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] < 0) return;
+    for (c = 0; c < 64; c++)
+        for (k = cell[c]; k < cell[c + 1]; k++)
+            if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);
+}
+
 /* Notes the normal of springl i, and whether it lay at an edge before. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -7348,22 +7536,49 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
+/* Returns true when a neighbor of springl i faces elsewhere: it may lie at a crease. */
+SPRINGLS__MATHS bool springls__neighbor_turned(const springls__model *model, int i, float radius)
+{
+    const float turned = 0.77f; /* cosine of 40 degrees */
+    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        float along = springls__dot(normal[i], normal[other]);
+        if (along < turned && along > SPRINGLS__AWAY
+            && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
+    }
+    return false;
+}
+
+/* Returns true when a springl near springl i lay at an edge before. */
+SPRINGLS__MATHS bool springls__neighbor_at_edge(const springls__model *model, int i, float radius)
+{
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    while (springls__cell_walk_row(&walk)) {
+        if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */
+            uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];
+            if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;
+        }
+        for (; walk.next < walk.end; walk.next++) {
+            uint32_t other = walk.ids[walk.next];
+            if (before[other] && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
+        }
+    }
+    return false;
+}
+
 /* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an
    edge before. */
 SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
-    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
-    springls__v3 p = model->set.s[i].p;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false, asleep = springls__is_asleep(model, i);
-    int other;
-    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
-        float along = springls__dot(normal[i], normal[other]);
-        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
-            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
-    }
+    const float radius = 1.5f;
+    bool candidate = false;
+    if (!springls__is_asleep(model, i))
+        candidate = args.edge.search ? springls__neighbor_turned(model, i, radius) : springls__neighbor_at_edge(model, i, radius);
     springls__edge_candidate(model)[i] = candidate;
 }
 
@@ -8569,20 +8784,28 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
-   else it is of another sheet, which is noted in *opposed when it faces against. */
+/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of
+   another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */
+SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,
+                                                              SPRINGLS__LOCAL const float *sums,
+                                                              SPRINGLS__GLOBAL uint8_t *opposed)
+{
+    springls__vec along = springls__vec_load(sums + 8 * SPRINGLS__FACING) * n.x
+                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1)) * n.y
+                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2)) * n.z;
+    if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (weight > 0.0f))) *opposed = 1;
+    return springls__vec_select(along > SPRINGLS__SAME_SHEET, weight, springls__vec_broadcast(0.0f));
+}
+
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where it is of their sheet. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
-                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
+                                           int last, bool one_sheet, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
     for (i = first; i <= last; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
-        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
-              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
-              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
-        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
-        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2);
+        if (!one_sheet) w = springls__same_sheet_weight(w, s.n, sums + i, opposed);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
@@ -8606,9 +8829,14 @@ SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)sp
 /* Returns the last voxel of the brick within `radius` of such a place along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
-/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
+/* What springls__reached_rows does with a springl. */
+#define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */
+#define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
+#define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
+
+/* Takes a springl into the rows of a brick that are near it. */
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
+                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -8627,8 +8855,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last, opposed);
+            if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);
         }
     }
 }
@@ -8671,15 +8899,13 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__v3 common = springls__common_facing(model, near_by);
     bool one_sheet = springls__length2(common) > 0.5f;
-    int r, k;
+    int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
         springls__clear_row(sums + springls__sums_of_row(r), common);
-    for (r = 0; r < near_by->count && !one_sheet; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
+    for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
+        for (r = 0; r < near_by->count; r++)
+            for (k = near_by->first[r]; k < near_by->end[r]; k++)
+                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -8775,7 +9001,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
     if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
-    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
+        return springls__on_known_side(edge.distance, phi);
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
@@ -8785,7 +9012,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
         int side = springls__side_of_bodies(model, x, args.project.max_displacement);
         if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     }
-    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
 }
 
 /* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
@@ -8804,6 +9031,21 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
     if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
+}
+
+/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.
+   weight: of the row's sums, if there are `some`. */
+SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,
+                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)
+{
+    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;
+    int i;
+    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;
+        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;
+    }
+    return false;
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -8832,6 +9074,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
+        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {
+            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);
+            continue;
+        }
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
@@ -8869,14 +9115,15 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool some_unknown = springls__has_unknown_side(model)[i] != 0;
-    int row, v;
+    int row;
+    if (!some_unknown && !args.resolve.first) return;
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
             springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
                                        args.resolve.last != 0, out + 8 * row);
         else
-            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
+            springls__copy_voxel_row(from + 8 * row, out + 8 * row);
     }
 }
 
@@ -9431,12 +9678,15 @@ SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const flo
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
-                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
-                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
-                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
-                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
-                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask m;
+        if (!springls__vec_any((c >= 0.0f) & (c < SPRINGLS__JOIN_PHI))) continue;
+        m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
+          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
+          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
+          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
+          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
+          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
         if (springls__vec_any(m)) return true;
     }
     return false;
@@ -9491,15 +9741,20 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
 
 #define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
 
-/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
-   connects two parts of the outside. */
+/* Returns true when a voxel outside may puncture a sheet: it is nearer than PUNCTURE_PHI, lies in a ring of inside voxels and
+   connects two parts of the outside. mask27: of the voxels around (topology.h). */
+SPRINGLS__MATHS bool springls__punctures(float phi, unsigned mask27)
+{
+    return phi >= 0.0f && phi < SPRINGLS__PUNCTURE_PHI && springls__touches_one_inside(mask27)
+        && !springls__touches_one_outside(mask27);
+}
+
+/* Returns true when voxel `at` punctures a sheet. */
 SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at);
-    unsigned mask;
     if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
-    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
-    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
 /* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
@@ -9521,6 +9776,30 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 }
 
 /* ---- removal ---- */
+
+#define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
+
+/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */
+SPRINGLS__MATHS int springls__largest_speck(float min_component)
+{
+    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);
+}
+
+/* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */
+SPRINGLS__MATHS void springls__signs_of_rows_around(SPRINGLS__LOCAL const float *phi, uint32_t around[9])
+{
+    int k;
+    for (k = 0; k < 9; k++) around[k] = springls__signs_of_row(phi + springls__tile_step(3 * k));
+}
+
+/* Returns the sides of the voxels around voxel x of that row, as topology.h has them. */
+SPRINGLS__MATHS unsigned springls__mask27_of_rows(const uint32_t around[9], int x)
+{
+    unsigned mask = 0u;
+    int k;
+    for (k = 0; k < 9; k++) mask |= (unsigned)(around[k] >> x & 7u) << 3 * k;
+    return mask;
+}
 
 /* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
 SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)
@@ -9598,28 +9877,57 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
+/* Returns true when the part of a voxel has more than `largest` voxels, by those around it alone (mask27: topology.h). */
+SPRINGLS__MATHS bool springls__is_large_part(unsigned mask27, int largest)
+{
+    unsigned side = mask27 >> 13 & 1u ? mask27 : ~mask27, part = 1u << 13, before = 0u, rest;
+    while (part != before) {
+        int count = 0;
+        before = part;
+        part = (springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before)) & side
+             & SPRINGLS__ALL_AROUND;
+        for (rest = part; rest; rest &= rest - 1u) count++;
+        if (count > largest) return true;
+    }
+    return false;
+}
+
+/* Returns phi of voxel `at` without parts, inside or outside, of less than min_component and without punctures. beside: how many
+   of its six neighbours are on its side; mask27: of the voxels around (topology.h). */
+SPRINGLS__MATHS float springls__without_specks(const springls__model *model, const int at[3], float phi, float beside,
+                                               unsigned mask27)
+{
+    const springls__grid *g = &model->grid;
+    const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;
+    const int max_voxels = springls__largest_speck(least);
+    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)
+        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);
+    if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))
+        return SPRINGLS__FILLED_PHI;
+    return phi;
+}
+
+/* Copies phi of active brick i to phi_next without parts of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
-    const springls__grid *g = &model->grid;
-    const float least = model->params.min_component;
-    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
-    const float most = springls__max(max_neighbors, around_puncture);
+    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);
+    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        uint32_t around[9];
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
+        if (!springls__count_beside(phi, most, beside)) continue;
+        springls__signs_of_rows_around(phi, around);
         for (x = 0; x < 8; x++) {
+            if (beside[x] > most) continue;
             springls__row_voxel(o, row, x, at);
-            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
-                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
-            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
-                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;
+            springls__next_row(&model->grid, i, row)[x] =
+                springls__without_specks(model, at, phi[x], beside[x], springls__mask27_of_rows(around, x));
         }
     }
 }
@@ -9938,6 +10246,40 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
+/* ======== >>window:kernel  (kernels_embed/stages/window.h) ===================================================== */
+/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */
+
+#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
+
+/* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */
+SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)
+{
+    float dx = springls__max(margin - x.x, x.x + margin - (float)(g->size[0] - 1));
+    float dy = springls__max(margin - x.y, x.y + margin - (float)(g->size[1] - 1));
+    float dz = springls__max(margin - x.z, x.z + margin - (float)(g->size[2] - 1));
+    return springls__max(springls__max(dx, dy), dz);
+}
+
+/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
+   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */
+SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__v3 p = model->set.s[i].p;
+    const int side = args.reach.side;
+    float along = side < 3 ? p.x : side < 5 ? p.y : p.z;
+    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);
+    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;
+}
+
+/* Finds whether contract removes springl i because it has left the window: 1. */
+SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
+                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f
+                                       ? 1 : 0;
+}
+
 /* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
 /* write.h - puts springls where the caller has moved them. */
 
@@ -10047,15 +10389,6 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
         own |= 1u << edge;
     }
     return own;
-}
-
-/* Returns which voxels of a row of a tile are inside, as bits. */
-SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
-{
-    uint32_t signs = 0u;
-    int x;
-    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
-    return signs;
 }
 
 /* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
@@ -10252,6 +10585,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
     X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
+    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \
     X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
     X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
@@ -10273,6 +10607,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
     X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
+    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \
+    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \
     X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
@@ -10680,7 +11016,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->floats = floats;
     loop->grain = grain;
     loop->count = count;
-    loop->next = 0;
+    loop->next = loop->piece = 0;
     loop->pace = 0.0;
 }
 
@@ -10711,19 +11047,23 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     if (springls__in_loop(ctx)) springls__run_next(ctx, loop->count - loop->next);
 }
 
-/* Grains in the smallest piece: a few, so that a few threads share it. */
-enum { SPRINGLS__PIECE_GRAINS = 4 };
+/* Grains in the smallest piece. */
+enum { SPRINGLS__PIECE_GRAINS = 2 };
 
-/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
+/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before.
+   Elements differ in cost, and those of one kind follow each other: the pace is that of the piece before, or of a slower one not
+   long ago. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
-    double now = springls__now(ctx), fits = loop->pace > 0.0 ? 0.5 * (until - now) / loop->pace : 0.0;
+    double now = springls__now(ctx), pace, fits = loop->pace > 0.0 ? 0.25 * (until - now) / loop->pace : 0.0;
     int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
-    if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
+    if (fits > (double)least) n = fits < 2.0 * loop->piece ? (int)fits / loop->grain * loop->grain : 2 * loop->piece;
     n = springls__imin(n, rest);
     springls__run_next(ctx, n);
-    loop->pace = (springls__now(ctx) - now) / (double)n;
+    pace = (springls__now(ctx) - now) / (double)n;
+    loop->pace = pace > 0.8 * loop->pace ? pace : 0.8 * loop->pace;
+    loop->piece = n;
 }
 
 /* Returns true when the smallest next piece would end after `until`. */
@@ -11062,6 +11402,12 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
+/* Returns true where the bricks of the level set are gone while there are springls: a moved window has left them all behind. */
+SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
+{
+    return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
+}
+
 /* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
@@ -11351,6 +11697,241 @@ SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
     return false;
 }
 
+/* ======== >>transform  (src/model/transform.h) ================================================================= */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
+
+SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
+/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
+/* Multiplies a row-major 3x4 matrix and a point. */
+SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
+}
+
+/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+/* Completes the inverse of the 3x4 matrix m; its left 3x3 part is already there. */
+SPRINGLS__FN void springls__invert_translation(const double *m, double *inverse)
+{
+    int row;
+    for (row = 0; row < 3; row++)
+        inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
+}
+
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
+   none. */
+SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
+{
+    double m[12], det;
+    int row, column;
+    bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
+    for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
+    for (row = 0; row < 3; row++) {
+        if (grid->size[row] < 1) return "grid.size is not positive: it may be 4 to 4096";
+        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
+        for (column = 0; column < 3; column++) {
+            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
+            m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
+            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive along all axes, or 0 along all";
+        }
+        m[4 * row + 3] = grid->origin[row];
+        for (column = 0; column < 4; column++)
+            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
+    }
+    det = springls__determinant(m);
+    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
+    if (forward) memcpy(forward, m, sizeof m);
+    inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
+    inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
+    inverse[2] = (m[1] * m[6] - m[2] * m[5]) / det;
+    inverse[4] = (m[6] * m[8] - m[4] * m[10]) / det;
+    inverse[5] = (m[0] * m[10] - m[2] * m[8]) / det;
+    inverse[6] = (m[2] * m[4] - m[0] * m[6]) / det;
+    inverse[8] = (m[4] * m[9] - m[5] * m[8]) / det;
+    inverse[9] = (m[1] * m[8] - m[0] * m[9]) / det;
+    inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
+    springls__invert_translation(m, inverse);
+    return NULL;
+}
+
+/* Returns true when a window lies where springls_desc.grid places it. */
+SPRINGLS__FN bool springls__is_unmoved(const springls__window *window)
+{
+    return window->offset[0] == 0 && window->offset[1] == 0 && window->offset[2] == 0;
+}
+
+/* Returns true when two windows lie at one place. */
+SPRINGLS__FN bool springls__same_place(const springls__window *a, const springls__window *b)
+{
+    return memcmp(a->offset, b->offset, sizeof a->offset) == 0;
+}
+
+/* Places a window. Its matrices follow from the offset alone: no error adds up from move to move. */
+SPRINGLS__FN void springls__place_window(const springls_context *ctx, springls__window *window, const int offset[3])
+{
+    const double *m = ctx->lattice_to_world;
+    int row;
+    memmove(window->offset, offset, sizeof window->offset);
+    memcpy(window->to_world, m, sizeof window->to_world);
+    if (!springls__is_unmoved(window))
+        for (row = 0; row < 3; row++)
+            window->to_world[4 * row + 3] += m[4 * row] * (double)offset[0] + m[4 * row + 1] * (double)offset[1]
+                                           + m[4 * row + 2] * (double)offset[2];
+    springls__invert_translation(window->to_world, window->to_voxel);
+}
+
+/* Puts the windows where they are after an input. */
+SPRINGLS__FN void springls__windows_reset(springls_context *ctx)
+{
+    springls__place_window(ctx, &ctx->window, ctx->home);
+    springls__place_window(ctx, &ctx->original_window, ctx->home);
+}
+
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
+SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
+{
+    return springls__determinant(ctx->window.to_world) < 0.0;
+}
+
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
+SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
+{
+    const double *m = ctx->window.to_voxel;
+    float unit = ctx->smallest_spacing;
+    return springls__normalize(springls__v3_make(
+        unit * (float)(m[0] * (double)n.x + m[4] * (double)n.y + m[8] * (double)n.z),
+        unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
+        unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
+}
+
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
+SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
+{
+    const double *m = ctx->window.to_voxel;
+    int k;
+    for (k = 0; k < 3; k++)
+        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
+}
+
+/* Converts a world point to the voxel coordinates of a window. */
+SPRINGLS__FN springls__v3 springls__world_to_window(const springls__window *window, const float *world)
+{
+    double x[3];
+    springls__transform(window->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
+}
+
+/* Converts voxel coordinates of a window to the world. */
+SPRINGLS__FN void springls__window_to_world(const springls__window *window, springls__v3 voxel, float world[3])
+{
+    double x[3];
+    springls__transform(window->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
+    world[0] = (float)x[0];
+    world[1] = (float)x[1];
+    world[2] = (float)x[2];
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
+{
+    return springls__world_to_window(&ctx->window, world);
+}
+
+SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
+{
+    springls__window_to_world(&ctx->window, voxel, world);
+}
+
+/* Converts a correspondence, or another place on the original surface. */
+SPRINGLS__FN void springls__original_to_world(const springls_context *ctx, springls__v3 a, float world[3])
+{
+    springls__window_to_world(&ctx->original_window, a, world);
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_original(const springls_context *ctx, const float *world)
+{
+    return springls__world_to_window(&ctx->original_window, world);
+}
+
+/* Converts a voxel coordinate to the lattice, where callbacks get it. */
+SPRINGLS__FN springls__v3 springls__to_lattice(const springls__window *window, springls__v3 x)
+{
+    const int *o = window->offset;
+    return springls__v3_make(x.x + (float)o[0], x.y + (float)o[1], x.z + (float)o[2]);
+}
+
+/* Returns a voxel coordinate after the window has moved by so many voxels. */
+SPRINGLS__FN springls__v3 springls__after_move(springls__v3 x, const int voxels[3])
+{
+    return springls__v3_make(x.x - (float)voxels[0], x.y - (float)voxels[1], x.z - (float)voxels[2]);
+}
+
+/* Converts a place of the lattice to voxel coordinates: a move from offset 0. */
+SPRINGLS__FN springls__v3 springls__from_lattice(const springls__window *window, springls__v3 x)
+{
+    return springls__after_move(x, window->offset);
+}
+
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
+SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
+{
+    const double *m = ctx->window.to_world;
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
+    int k;
+    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        v[k] = s * ((double)world[k] - ctx->window.to_world[4 * k + 3]);
+        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
+    }
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3])
+{
+    if (offset) memset(offset, 0, 3 * sizeof *offset);
+    if (ctx && offset) memcpy(offset, ctx->window.offset, sizeof ctx->window.offset);
+}
+
+SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++) {
+        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
+        voxel[3 * (size_t)i] = x.x;
+        voxel[3 * (size_t)i + 1] = x.y;
+        voxel[3 * (size_t)i + 2] = x.z;
+    }
+}
+
+SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++)
+        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
+}
+
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
 /* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
@@ -11369,6 +11950,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
+    springls__windows_reset(ctx);
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
     springls__surface_forget(&ctx->original);
@@ -11420,6 +12002,18 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
    cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
    triangle does not widen every search. */
 
+/* Finds the cells of the particles whose bricks were missing. */
+SPRINGLS__FN springls_status springls__missing_keys(springls_context *ctx)
+{
+    springls__arguments none;
+    int i;
+    memset(&none, 0, sizeof none);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(S), SPRINGLS__BIT(KEY)));
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY) springls__cell_key_element(&ctx->model, none, i);
+    return SPRINGLS_OK;
+}
+
 /* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
@@ -11436,8 +12030,7 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
+    return springls__missing_keys(ctx);
 }
 
 /* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
@@ -11509,155 +12102,10 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
-/* ======== >>transform  (src/model/transform.h) ================================================================= */
-/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
-
-SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
-
-/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
-/* Multiplies a row-major 3x4 matrix and a point. */
-SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
-}
-
-/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
-SPRINGLS__FN double springls__determinant(const double *m)
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
-
-/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
-   none. */
-SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
-{
-    double m[12], det;
-    int row, column;
-    bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
-    for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
-    for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1) return "grid.size is not positive";
-        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side";
-        for (column = 0; column < 3; column++) {
-            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
-            m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive";
-        }
-        m[4 * row + 3] = grid->origin[row];
-        for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
-                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
-    }
-    det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
-    if (forward) memcpy(forward, m, sizeof m);
-    inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
-    inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
-    inverse[2] = (m[1] * m[6] - m[2] * m[5]) / det;
-    inverse[4] = (m[6] * m[8] - m[4] * m[10]) / det;
-    inverse[5] = (m[0] * m[10] - m[2] * m[8]) / det;
-    inverse[6] = (m[2] * m[4] - m[0] * m[6]) / det;
-    inverse[8] = (m[4] * m[9] - m[5] * m[8]) / det;
-    inverse[9] = (m[1] * m[8] - m[0] * m[9]) / det;
-    inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
-    for (row = 0; row < 3; row++)
-        inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
-    return NULL;
-}
-
-/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
-SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
-{
-    return springls__determinant(ctx->to_world) < 0.0;
-}
-
-/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
-SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
-{
-    const double *m = ctx->to_voxel;
-    float unit = ctx->smallest_spacing;
-    return springls__normalize(springls__v3_make(
-        unit * (float)(m[0] * (double)n.x + m[4] * (double)n.y + m[8] * (double)n.z),
-        unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
-        unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
-}
-
-/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
-SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
-{
-    const double *m = ctx->to_voxel;
-    int k;
-    for (k = 0; k < 3; k++)
-        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
-}
-
-SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
-{
-    double x[3];
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
-}
-
-SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
-{
-    double x[3];
-    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
-    world[0] = (float)x[0];
-    world[1] = (float)x[1];
-    world[2] = (float)x[2];
-}
-
-/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
-SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
-{
-    const double *m = ctx->to_world;
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
-    int k;
-    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
-{
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
-    int k;
-    for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
-        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
-    }
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++) {
-        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
-        voxel[3 * (size_t)i] = x.x;
-        voxel[3 * (size_t)i + 1] = x.y;
-        voxel[3 * (size_t)i + 2] = x.z;
-    }
-}
-
-SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++)
-        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
-}
-
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
 /* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 }; /* voxels in one advect, with a window that follows: beyond it a float has no sixteenth of a voxel */
 
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
@@ -11673,6 +12121,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         for (axis = 0; axis < 3; axis++) {
             field->size[axis] = ctx->desc.grid.size[axis];
             field->from_voxel[5 * axis] = 1.0f;
+            field->from_voxel[4 * axis + 3] = (float)ctx->window.offset[axis];
         }
         return SPRINGLS_OK;
     }
@@ -11682,7 +12131,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
             product = column == 3 ? inverse[4 * axis + 3] : 0.0;
-            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->to_world[4 * k + column];
+            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->window.to_world[4 * k + column];
             field->from_voxel[4 * axis + column] = (float)product;
         }
     }
@@ -11708,36 +12157,47 @@ typedef struct springls__advect_memory {
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    springls_batch world; /* as callbacks get it where forces->world_units is set */
-    float world_points[3 * SPRINGLS__ADVECT_BLOCK], world_normals[3 * SPRINGLS__ADVECT_BLOCK];
-    float world_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+    springls_batch given; /* as callbacks get it: on the lattice, or in the world where forces->world_units is set */
+    float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__advect_memory;
+
+/* Writes a place of a window as callbacks get it. */
+SPRINGLS__FN void springls__give_place(const springls__motion *motion, const springls__window *window, springls__v3 x, float *out)
+{
+    springls__v3 at = springls__to_lattice(window, x);
+    if (motion->forces.world_units) springls__window_to_world(window, x, out);
+    else memcpy(out, &at.x, 3 * sizeof *out);
+}
 
 /* Returns the batch that callbacks get. */
 SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
 {
+    const springls_context *ctx = motion->ctx;
     const springls_batch *batch = &block->batch;
     int i;
-    if (!motion->forces.world_units) return batch;
-    block->world = *batch;
-    block->world.points = block->world_points;
-    block->world.normals = block->world_normals;
-    block->world.correspondences = block->world_correspondences;
+    if (!motion->forces.world_units && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
+        return batch;
+    block->given = *batch;
+    block->given.points = block->given_points;
+    block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
-        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
-        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
-        springls__voxel_to_world(motion->ctx, block->a[i], block->world_correspondences + 3 * i);
-        block->world_normals[3 * i] = n.x;
-        block->world_normals[3 * i + 1] = n.y;
-        block->world_normals[3 * i + 2] = n.z;
+        springls__give_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
+        springls__give_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
     }
-    return &block->world;
+    if (!motion->forces.world_units) return &block->given;
+    block->given.normals = block->given_normals;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(ctx, springls__load3(batch->normals + 3 * i));
+        memcpy(block->given_normals + 3 * i, &n.x, 3 * sizeof(float));
+    }
+    return &block->given;
 }
 
 /* Returns a velocity of a callback or a sampled field in voxels. */
 SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
 {
-    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
     if (!motion->forces.world_units) return springls__load3(v);
     return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
                              (float)(m[8] * x + m[9] * y + m[10] * z));
@@ -11817,8 +12277,8 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
-            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
-            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            float q[3], v[3];
+            springls__give_place(motion, &motion->ctx->window, x[m * count + i], q);
             for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
             slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
         }
@@ -11992,8 +12452,12 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
         if (lower[k] > upper[k])
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
-    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
+    motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    if (!motion->has_region) return SPRINGLS_OK;
+    motion->rule.region_lower = springls__from_lattice(&ctx->window, springls__load3(lower));
+    motion->rule.region_upper = springls__from_lattice(&ctx->window, springls__load3(upper));
     return SPRINGLS_OK;
 }
 
@@ -12004,6 +12468,9 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     memset(motion, 0, sizeof *motion);
     motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces.integrator is no springls_integrator: %d",
+                              (int)forces->integrator);
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
@@ -12237,6 +12704,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
+    if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
+                              (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
         springls__constellation_moved(ctx);
@@ -12246,19 +12716,32 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+/* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
+SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)
 {
     springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
-    springls__finish_loop(ctx);
+    return springls__displace_all(motion);
+}
+
+/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. */
+SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, float *speed)
+{
+    springls__motion *motion = &ctx->motion;
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     *speed = motion->moved;
     return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
+    springls__finish_loop(ctx);
+    return springls__max_speed_end(ctx, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
@@ -13030,13 +13513,23 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
+
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
+   sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    if (!springls__may_sleep(ctx)) {
+        springls__wake_all(ctx);
+        return SPRINGLS_OK;
+    }
+    if (ctx->work.phase == SPRINGLS__ROUSE_MEASURE) {
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+        springls__loop(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__ROUSE_STIR);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
     springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
@@ -13046,32 +13539,31 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int whi
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
-    ctx->at_rest = awake == 0;
+    ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
     return SPRINGLS_OK;
 }
 
-/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+/* Finds the bricks that have to follow springls which have moved before. */
 SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
-    springls__wake_all(ctx);
-    return SPRINGLS_OK;
+    return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
 }
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
 /* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
-   a step as long as d_max a good springl is further from the old zero level than contract allows. */
+   a step as long as d_max a good springl is further from the old zero level than contract allows. Ends with a loop. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
+    springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
 enum {
     SPRINGLS__CONTRACT_JUDGE,
     SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_RESHAPED,
     SPRINGLS__CONTRACT_MERGE,
     SPRINGLS__CONTRACT_MERGED,
     SPRINGLS__CONTRACT_REMOVE
@@ -13091,7 +13583,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
     case SPRINGLS__CONTRACT_RESHAPE:
-        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
+    case SPRINGLS__CONTRACT_RESHAPED:
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
@@ -13108,6 +13602,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
+        springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
+        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -13533,7 +14030,7 @@ SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__l
 /* Finds the matrix of directed areas: the cofactors of voxel -> world. */
 SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
 {
-    const double *m = ctx->to_world;
+    const double *m = ctx->window.to_world;
     int i, j;
     for (i = 0; i < 3; i++)
         for (j = 0; j < 3; j++) {
@@ -13951,7 +14448,7 @@ SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double vo
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
-    const double scale = fabs(springls__determinant(ctx->to_world));
+    const double scale = fabs(springls__determinant(ctx->window.to_world));
     int nodes = graph->previous_count + graph->labels.count, i;
     springls__largest_link *largest;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, largest_links, nodes));
@@ -13976,7 +14473,7 @@ SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, co
                                            springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
+    double scale = fabs(springls__determinant(ctx->window.to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
     memset(out, 0, sizeof *out);
     out->id = item->id;
     out->cavity = item->cavity;
@@ -14189,28 +14686,38 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Chooses among them, and adds as many as there is room for. */
+/* Returns whether some seeds are neither chosen nor dropped yet. */
+SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+{
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+}
+
+/* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-    }
     springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
-    ctx->stats.added += room;
+    ctx->work.added = room;
     if (room == 0) return SPRINGLS_OK;
     args.insert.count = room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    springls__constellation_added(ctx, room);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
-    springls__constellation_changed(ctx);
+    springls__loop(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     return SPRINGLS_OK;
+}
+
+/* Makes the seeds that were written springls of the model. */
+SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
+{
+    int count = ctx->model.set.count, added = ctx->work.added;
+    if (added == 0) return;
+    ctx->stats.added += added;
+    springls__constellation_added(ctx, added);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+    springls__constellation_changed(ctx);
 }
 
 /* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
@@ -14262,7 +14769,14 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
-enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+enum {
+    SPRINGLS__FILL_FIND_SEEDS,
+    SPRINGLS__FILL_CHOOSE_SEEDS,
+    SPRINGLS__FILL_SEEDS_CHOSEN,
+    SPRINGLS__FILL_SEEDS_INSERTED,
+    SPRINGLS__FILL_FIND_EXPOSED,
+    SPRINGLS__FILL_EXPOSED
+};
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
@@ -14274,9 +14788,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     case SPRINGLS__FILL_FIND_SEEDS:
         if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
-    case SPRINGLS__FILL_INSERT_SEEDS:
+        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
+    case SPRINGLS__FILL_CHOOSE_SEEDS:
+        if (springls__seeds_undecided(ctx)) {
+            springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+            return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
+        }
         SPRINGLS__TRY(springls__insert_seeds(ctx));
+        return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
+    case SPRINGLS__FILL_SEEDS_CHOSEN:
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
+    case SPRINGLS__FILL_SEEDS_INSERTED:
+        springls__seeds_inserted(ctx);
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
         return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
     case SPRINGLS__FILL_FIND_EXPOSED:
@@ -14302,15 +14826,13 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Adds the bricks that the band has reached, and drops those that it has left. */
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     uint32_t *mask;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
     ctx->cells_fresh = false; /* they live in the bricks */
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
@@ -14346,6 +14868,22 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
+
+/* Moves the band to where phi is small now. */
+SPRINGLS__FN springls_status springls__band_follow(springls_context *ctx)
+{
+    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_bricks(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, ctx->model.grid.active_count));
+    springls__loop(ctx, SPRINGLS__KERNEL_band, ctx->model.grid.active_count, NULL);
+    return springls__next_phase(ctx, SPRINGLS__BAND_CHANGE);
+}
+
+SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+{
+    return springls__run_to_completion(ctx, springls__band_follow);
+}
+
 enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
@@ -14358,7 +14896,7 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
     case SPRINGLS__REBUILD_SWEEP:
     default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
+        if (ctx->work.repetition++ == sweeps) return springls__next_stage(ctx, springls__band_follow);
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
@@ -14393,6 +14931,7 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 
 enum {
     SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_SHORTENED,
     SPRINGLS__RELAX_FIND_NEIGHBORS,
     SPRINGLS__RELAX_ITERATE,
     SPRINGLS__RELAX_ITERATED,
@@ -14418,11 +14957,12 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
-            ctx->work.kept = true;
-        }
+        if (!params->cover) return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
+        springls__loop(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_SHORTENED);
+    case SPRINGLS__RELAX_SHORTENED:
+        springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+        ctx->work.kept = true;
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
         SPRINGLS__TRY(springls__neighbors_build(ctx));
@@ -14458,11 +14998,16 @@ SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
     return status;
 }
 
+enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
+
 /* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
-    if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
+        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
+    }
     ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
@@ -14470,29 +15015,50 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
+{
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    ctx->work.added = springls__imin(wanted, room);
+    ctx->stats.refused += wanted - ctx->work.added;
+    return SPRINGLS_OK;
+}
+
+enum { SPRINGLS__RESAMPLE_FIND, SPRINGLS__RESAMPLE_SPLIT, SPRINGLS__RESAMPLE_STORE, SPRINGLS__RESAMPLE_STORED };
+
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
+    const int count = ctx->model.set.count;
     springls__arguments args;
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
-    splits = springls__imin(wanted, room);
-    ctx->stats.refused += wanted - splits;
-    if (splits == 0) return SPRINGLS_OK;
-    args.insert.count = splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
-    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-    springls__constellation_added(ctx, splits);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
-    ctx->stats.split += splits;
-    springls__constellation_changed(ctx);
-    springls__attributes_after_split(ctx, count);
-    return SPRINGLS_OK;
+    switch (ctx->work.phase) {
+    case SPRINGLS__RESAMPLE_FIND:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+        springls__loop(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_SPLIT);
+    case SPRINGLS__RESAMPLE_SPLIT:
+        SPRINGLS__TRY(springls__count_splits(ctx));
+        if (ctx->work.added == 0) return SPRINGLS_OK;
+        args.insert.count = ctx->work.added;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
+        SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
+        springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORE);
+    case SPRINGLS__RESAMPLE_STORE:
+        args.insert.count = ctx->work.added;
+        springls__loop(ctx, SPRINGLS__KERNEL_split_store, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
+    case SPRINGLS__RESAMPLE_STORED:
+    default:
+        springls__constellation_added(ctx, ctx->work.added);
+        springls__stir(ctx, SPRINGLS__STIR_ALL, count, ctx->work.added);
+        ctx->stats.split += ctx->work.added;
+        springls__constellation_changed(ctx);
+        springls__attributes_after_split(ctx, count);
+        return SPRINGLS_OK;
+    }
 }
 
 /* ======== >>track  (src/stages/track.h) ======================================================================== */
@@ -14730,36 +15296,61 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
    exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
    both sides. */
 
-/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
+enum {
+    SPRINGLS__EDGES_NORMALS,
+    SPRINGLS__EDGES_CANDIDATES,
+    SPRINGLS__EDGES_SIDES,
+    SPRINGLS__EDGES_TURN,
+    SPRINGLS__EDGES_TURNED
+};
+
+/* Finds the springls at creases (edge), and the normal that each has on its side; with `search` in a model that has just been set
+   (springls__edge_arguments), else it turns them, each about its particle, into their sides. */
 SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
-    int count = ctx->model.set.count;
+    const int count = ctx->model.set.count;
     springls__arguments args;
-    args.edge.search = search;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
-    return SPRINGLS_OK;
+    switch (ctx->work.phase) {
+    case SPRINGLS__EDGES_NORMALS:
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_cells, 2 * (size_t)ctx->model.grid.slot_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EDGES_CANDIDATES);
+    case SPRINGLS__EDGES_CANDIDATES:
+        args.edge.search = search;
+        if (!search) springls__run(ctx, SPRINGLS__KERNEL_edge_cells, ctx->model.grid.slot_count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__EDGES_SIDES);
+    case SPRINGLS__EDGES_SIDES:
+        springls__loop(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EDGES_TURN);
+    case SPRINGLS__EDGES_TURN:
+        ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
+        if (search) return SPRINGLS_OK;
+        springls__loop(ctx, SPRINGLS__KERNEL_edge_turn, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EDGES_TURNED);
+    case SPRINGLS__EDGES_TURNED:
+    default:
+        ctx->omega_fresh = false;
+        ctx->springl_surface_fresh = false;
+        return SPRINGLS_OK;
+    }
 }
+
+SPRINGLS__FN springls_status springls__sort_new_sides(springls_context *ctx) { return springls__sort_sides(ctx, true); }
 
 /* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
    edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
-
-/* Turns springls at a crease, each about its particle, into their sides. */
-SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__sort_sides(ctx, false));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
-    ctx->omega_fresh = false;
-    ctx->springl_surface_fresh = false;
-    return SPRINGLS_OK;
+    return springls__run_to_completion(ctx, springls__sort_new_sides);
 }
+
+/* Turns springls at a crease into their sides. */
+SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { return springls__sort_sides(ctx, false); }
 
 /* ---- initial springls ---- */
 
@@ -14892,25 +15483,27 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
    place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
-   which is found again when it is next used. */
-SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
+/* Returns whether phi_next has voxels whose side is unknown. */
+SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
 {
-    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+}
+
+enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
+
+/* Resolves unknown sides from their neighbors, one round of SPRINGLS__SIDE_ROUNDS. This needs a third field: the memory of omega,
+   which is found again when it is next used. Ends with a loop. */
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
+{
     const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
     const springls__grid *g = &ctx->model.grid;
-    int i;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
-    springls__omega_constant(ctx, g->far_value, -g->far_value);
-    for (i = 0; i < voxels; i++) {
-        springls__arguments args;
-        args.resolve.last = i == voxels - 1;
-        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
-        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
-    }
-    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
+    springls__arguments args;
+    if (round == 0) springls__omega_constant(ctx, g->far_value, -g->far_value);
     ctx->omega_fresh = false;
+    args.resolve.first = round == 0;
+    args.resolve.last = round == SPRINGLS__SIDE_ROUNDS - 1;
+    args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+    springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
@@ -14925,87 +15518,132 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
-   in the first round may join the rest in the second. */
-SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined. */
+SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), bricks, 1) == 0) return;
-    for (; rounds > 0; rounds--) {
-        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Joins the parts of limbs and removes small parts, in a level set that has just been made. */
-SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
-{
-    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
-    springls__join_parts(ctx);
-    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-    springls__swap_phi(ctx);
-    return SPRINGLS_OK;
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
-    SPRINGLS__PROJECT_PHI,
-    SPRINGLS__PROJECT_COMMIT,
-    SPRINGLS__PROJECT_JOINED,
-    SPRINGLS__PROJECT_NO_SPECKS,
-    SPRINGLS__PROJECT_SWEEP,
-    SPRINGLS__PROJECT_SWEPT
+    SPRINGLS__TIDY_FIND,
+    SPRINGLS__TIDY_JOIN,
+    SPRINGLS__TIDY_JOINED,
+    SPRINGLS__TIDY_SPECKS,
+    SPRINGLS__TIDY_SPECKS_REMOVED
 };
+
+/* Joins the parts of limbs, in the bricks that have joint candidates, and removes small parts. Parts that have joined each other in
+   the first round may join the rest in the second. after: the stage that follows; NULL: none. */
+SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__stage_fn after)
+{
+    const int rounds = 2, bricks = ctx->model.grid.active_count;
+    switch (ctx->work.phase) {
+    case SPRINGLS__TIDY_FIND:
+        if (!springls__removes_specks(ctx)) break;
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
+    case SPRINGLS__TIDY_JOIN:
+        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+            return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
+        springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
+    case SPRINGLS__TIDY_JOINED:
+        springls__swap_phi(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
+    case SPRINGLS__TIDY_SPECKS:
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS_REMOVED);
+    case SPRINGLS__TIDY_SPECKS_REMOVED:
+    default:
+        springls__swap_phi(ctx);
+    }
+    return after ? springls__next_stage(ctx, after) : SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__tidy_alone(springls_context *ctx) { return springls__tidy(ctx, NULL); }
+
+/* Tidies a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    return springls__run_to_completion(ctx, springls__tidy_alone);
+}
+
+enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
+
+/* Makes the projected level set a distance again beyond the springls. */
+SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
+{
+    const int sweeps = 2;
+    if (ctx->work.phase == SPRINGLS__SWEPT) {
+        springls__swap_phi(ctx);
+        if (++ctx->work.repetition == sweeps)
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+    }
+    springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+    return springls__next_phase(ctx, SPRINGLS__SWEPT);
+}
+
+SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
+
+enum {
+    SPRINGLS__PROJECT_BEGIN,
+    SPRINGLS__PROJECT_ORIENT,
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_SIDES,
+    SPRINGLS__PROJECT_RESOLVED,
+    SPRINGLS__PROJECT_COMMIT
+};
+
+/* Prepares the loops of the stage. */
+SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+    SPRINGLS__TRY(
+        springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    return springls__find_overlap(ctx);
+}
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
-    const int sweeps = 2;
+    const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
-    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_PHI:
+    case SPRINGLS__PROJECT_BEGIN:
+        ctx->work.carries = carry;
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
-                                              ctx->model.grid.active_count));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
-        SPRINGLS__TRY(springls__find_overlap(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
+    case SPRINGLS__PROJECT_ORIENT:
+        SPRINGLS__TRY(springls__project_begin(ctx));
+        springls__loop(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_PHI);
+    case SPRINGLS__PROJECT_PHI:
         args.project.carry = carry;
-        args.project.max_displacement = *displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
+        args.project.max_displacement = ctx->work.displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, g->active_count, &args);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
+    case SPRINGLS__PROJECT_SIDES:
+        if (ctx->work.repetition == 0) springls__find_opposed(ctx);
+        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+            return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+        springls__resolve_sides(ctx, ctx->work.repetition);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
+    case SPRINGLS__PROJECT_RESOLVED:
+        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
+        if (++ctx->work.repetition < SPRINGLS__SIDE_ROUNDS) return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
+        springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
-        springls__find_opposed(ctx);
-        if (carry) {
-            springls__resolve_sides(ctx);
-            springls__mark_phi_synced(ctx);
-        }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
-    case SPRINGLS__PROJECT_JOINED:
-        springls__join_parts(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
-    case SPRINGLS__PROJECT_NO_SPECKS:
-        springls__swap_phi(ctx);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-    case SPRINGLS__PROJECT_SWEEP:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
-    case SPRINGLS__PROJECT_SWEPT:
     default:
-        springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
+        if (carry) springls__mark_phi_synced(ctx);
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(ctx->work.displacement, g->far_value) : 1);
+        return springls__next_stage(ctx, springls__tidy_projected);
     }
 }
 
@@ -15553,6 +16191,140 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* ======== >>window  (src/stages/window.h) ====================================================================== */
+/* window.h - moves the grid with the model (springls_desc.follow): by whole bricks, so that bricks are renamed and never changed,
+   and by whole voxels, so that a coordinate that gets smaller keeps all its digits. */
+
+enum {
+    SPRINGLS__WINDOW_MARGIN = 16,             /* voxels between the model and the border: when there are fewer, the window moves */
+    SPRINGLS__FURTHEST_WINDOW = 1 << 30,      /* voxels */
+    SPRINGLS__FURTHEST_MOVE = 1 << 20         /* bricks: further than springls are apart, and exact as voxels in a float */
+};
+
+/* ---- a move ---- */
+
+/* Returns the number that a brick has after its window has moved by `bricks`; -1: it is outside. */
+SPRINGLS__FN int springls__brick_after_move(const springls__grid *g, int brick, const int bricks[3])
+{
+    int place[3], axis;
+    springls__brick_place(g, brick, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] -= bricks[axis];
+        if (place[axis] < 0 || place[axis] >= g->bricks[axis]) return -1;
+    }
+    return place[0] + g->bricks[0] * (place[1] + g->bricks[1] * place[2]);
+}
+
+/* Moves the entries of a table of all bricks, `size` bytes each, to their numbers after a move; those of bricks that were outside
+   become zeros. All entries move by the same distance, so none is overwritten before it has been moved. */
+SPRINGLS__FN void springls__move_table(const springls__grid *g, void *table, size_t size, const int bricks[3])
+{
+    const int back[3] = { -bricks[0], -bricks[1], -bricks[2] }, count = (int)springls__brick_count(g);
+    const bool ascending = bricks[0] + g->bricks[0] * (bricks[1] + g->bricks[1] * bricks[2]) >= 0;
+    char *entries = (char *)table;
+    int i;
+    for (i = 0; i < count; i++) {
+        int to = ascending ? i : count - 1 - i, from = springls__brick_after_move(g, to, back);
+        if (from < 0) memset(entries + (size_t)to * size, 0, size);
+        else memmove(entries + (size_t)to * size, entries + (size_t)from * size, size);
+    }
+}
+
+/* Renames the bricks of the model; those that the window leaves behind are dropped, those that it reaches are outside. */
+SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
+{
+    int i, n = 0;
+    for (i = 0; i < g->active_count; i++) {
+        int slot = g->active[i], brick = springls__brick_after_move(g, g->slot_brick[slot], bricks);
+        g->slot_brick[slot] = brick;
+        if (brick >= 0) g->active[n++] = slot;
+        else {
+            g->awake[slot] = 0;
+            g->free_slots[g->free_count++] = slot;
+        }
+    }
+    g->active_count = n;
+    springls__move_table(g, g->top, sizeof *g->top, bricks); /* zero: SPRINGLS__OUTSIDE */
+}
+
+/* Changes the coordinates of springls and components. Correspondences are in a window of their own, which stays. */
+SPRINGLS__FN void springls__move_places(springls_context *ctx, const int voxels[3])
+{
+    springls__constellation *set = &ctx->model.set;
+    int i, m;
+    for (i = 0; i < set->count; i++) {
+        springls__springl *s = &set->s[i];
+        s->p = springls__after_move(s->p, voxels);
+        for (m = 0; m < 3; m++) s->q[m] = springls__after_move(s->q[m], voxels);
+        *s = springls__springl_finished(*s);
+        set->synced_position[i] = springls__after_move(set->synced_position[i], voxels);
+    }
+    for (i = 0; i < ctx->component_count; i++)
+        for (m = 0; m < 3; m++) {
+            int32_t *deepest = &springls__component_list(ctx)[i].deepest[m];
+            *deepest = springls__iclamp(*deepest - voxels[m], 0, ctx->model.grid.size[m] - 1);
+        }
+}
+
+/* Moves the window by whole bricks. Allocates nothing. */
+SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const int bricks[3])
+{
+    const uint64_t moved = SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS)
+                         | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(S) | SPRINGLS__BIT(SYNCED_POSITION);
+    int voxels[3], offset[3], axis;
+    for (axis = 0; axis < 3; axis++) {
+        voxels[axis] = SPRINGLS__BRICK * bricks[axis];
+        offset[axis] = ctx->window.offset[axis] + voxels[axis];
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, moved, moved));
+    springls__move_bricks(&ctx->model.grid, bricks);
+    springls__move_places(ctx, voxels);
+    springls__place_window(ctx, &ctx->window, offset);
+    ctx->cells_fresh = ctx->springl_surface_fresh = ctx->labels_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ---- when it moves ---- */
+
+/* Returns the largest of springls__reach_element over all springls. */
+SPRINGLS__FN float springls__furthest_reach(springls_context *ctx, int side)
+{
+    springls__arguments args;
+    args.reach.side = side;
+    args.reach.margin = (float)SPRINGLS__WINDOW_MARGIN;
+    springls__run(ctx, SPRINGLS__KERNEL_reach, ctx->model.set.count, &args);
+    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(reach), ctx->model.set.count, 0.0f).value;
+}
+
+/* Returns by how many bricks the window has to move along an axis for a box to be in its middle, as far as one move may go. */
+SPRINGLS__FN int springls__bricks_to_middle(const springls_context *ctx, int axis, double lower, double upper)
+{
+    const double furthest = (double)SPRINGLS__FURTHEST_MOVE;
+    const int limit = SPRINGLS__FURTHEST_WINDOW / SPRINGLS__BRICK, at = ctx->window.offset[axis] / SPRINGLS__BRICK;
+    double bricks = floor((lower + upper - (double)(ctx->model.grid.size[axis] - 1)) / (2.0 * SPRINGLS__BRICK) + 0.5);
+    int wanted = (int)(bricks > furthest ? furthest : bricks < -furthest ? -furthest : bricks);
+    return springls__iclamp(wanted, -limit - at, limit - at);
+}
+
+SPRINGLS__FN bool springls__window_follows(const springls_context *ctx) { return ctx->desc.follow; }
+
+/* Moves the window so that the model is in its middle, if that has come near to its border. A model that is too large for the
+   margin moves the window whenever that brings it nearer to the middle. */
+SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
+{
+    int bricks[3], axis;
+    if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, reach, ctx->model.set.count));
+    if (!(springls__furthest_reach(ctx, 0) > 0.0f)) return SPRINGLS_OK;
+    for (axis = 0; axis < 3; axis++) {
+        double lower = (double)SPRINGLS__REACH_BEYOND - (double)springls__furthest_reach(ctx, 2 * axis + 1);
+        double upper = (double)springls__furthest_reach(ctx, 2 * axis + 2) - (double)SPRINGLS__REACH_BEYOND;
+        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+    }
+    if (bricks[0] == 0 && bricks[1] == 0 && bricks[2] == 0) return SPRINGLS_OK;
+    return springls__move_window(ctx, bricks);
+}
+
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
 /* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
    uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
@@ -15628,7 +16400,7 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    status = springls__rouse_moved(ctx);
+    status = springls__run_to_completion(ctx, springls__rouse_moved);
     if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
     ctx->calls--;
     springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
@@ -15877,18 +16649,19 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
     if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
-    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
-    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
+    return springls__find_awake(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
 
-/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in, or out of all
+   bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
+                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -15910,6 +16683,8 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__PLAN_MEASURE, SPRINGLS__PLAN_DECIDE };
+
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
 SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 {
@@ -15920,7 +16695,11 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     step->longest_substep = desc->dt;
     step->next = step->algorithm;
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (ctx->work.phase == SPRINGLS__PLAN_MEASURE) {
+        SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
+        return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
+    }
+    SPRINGLS__TRY(springls__max_speed_end(ctx, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
@@ -15953,6 +16732,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
+    SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \
     SPRINGLS__DO(springls__substep_advanced)
 /* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
@@ -16084,11 +16864,13 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
     ctx->calls--;
     if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
     springls__abandon_step(ctx);
     return springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
+/* Ends the step, or the update of chunks, that is in progress, if any: whatever changes the model or needs its working memory calls
+   this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
@@ -16113,7 +16895,8 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
+                              (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
@@ -16130,6 +16913,11 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx)
+{
+    return ctx && ctx->step.active && !ctx->step.chunks;
+}
+
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
 {
     springls_status status;
@@ -16140,13 +16928,12 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (!(seconds >= 0.0))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
                               seconds < 0.0 ? "negative" : "not a number");
+    if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
 }
-
-SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx) { return ctx && ctx->step.active; }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
@@ -16374,41 +17161,41 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Lists all members but the cookie, with their ranges. The order is of no account. */
 #define SPRINGLS__PARAMS(REAL, INTEGER)                                                                                          \
-    REAL(d_max, 0.05f, 4.0f)                                                                                                     \
-    REAL(particle_radius, 0.0f, 1.0f)                                                                                            \
-    REAL(neighbor_radius, 0.05f, 4.0f)                                                                                           \
+    REAL(d_max, 0.05, 4)                                                                                                         \
+    REAL(particle_radius, 0, 1)                                                                                                  \
+    REAL(neighbor_radius, 0.05, 4)                                                                                               \
     INTEGER(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS)                                                                           \
     INTEGER(relax_iterations, 0, 1000)                                                                                           \
     INTEGER(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH)                                                       \
     INTEGER(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR)                                                         \
     INTEGER(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL)                                                        \
-    REAL(sharpness, 0.0f, 1000.0f)                                                                                               \
-    REAL(kappa_int, 0.0f, 100.0f)                                                                                                \
-    REAL(kappa_ext, 0.0f, 100.0f)                                                                                                \
-    REAL(relax_step_length, 0.0f, 1.0f)                                                                                          \
-    REAL(relax_step_rotation, 0.0f, 1.0f)                                                                                        \
-    REAL(contract_distance, 0.0f, 100.0f)                                                                                        \
-    REAL(min_angle, 0.0f, 60.0f)                                                                                                 \
-    REAL(max_angle, 60.0f, 180.0f)                                                                                               \
-    REAL(min_area, 0.0f, 10.0f)                                                                                                  \
-    REAL(merge_distance, 0.0f, 4.0f)                                                                                             \
+    REAL(sharpness, 0, 1000)                                                                                                     \
+    REAL(kappa_int, 0, 100)                                                                                                      \
+    REAL(kappa_ext, 0, 100)                                                                                                      \
+    REAL(relax_step_length, 0, 1)                                                                                                \
+    REAL(relax_step_rotation, 0, 1)                                                                                              \
+    REAL(contract_distance, 0, 100)                                                                                              \
+    REAL(min_angle, 0, 60)                                                                                                       \
+    REAL(max_angle, 60, 180)                                                                                                     \
+    REAL(min_area, 0, 10)                                                                                                        \
+    REAL(merge_distance, 0, 4)                                                                                                   \
     INTEGER(keep_thin, 0, 1)                                                                                                     \
     INTEGER(cover, 0, 1)                                                                                                         \
     INTEGER(relax_same_side, 0, 1)                                                                                               \
     INTEGER(reshape, 0, 1)                                                                                                       \
     INTEGER(resample_last, 0, 1)                                                                                                 \
     INTEGER(resample_period, 1, 1000000)                                                                                         \
-    REAL(split_edge, 0.1f, 1e6f)                                                                                                 \
-    REAL(split_area, 0.01f, 1e6f)                                                                                                \
+    REAL(split_edge, 0.1, 1e6)                                                                                                   \
+    REAL(split_area, 0.01, 1e6)                                                                                                  \
     INTEGER(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC)                                                    \
-    REAL(band_half_width, 2.0f, 6.0f)                                                                                            \
-    REAL(capture_range, 0.3f, 6.0f)                                                                                              \
+    REAL(band_half_width, 2, 6)                                                                                                  \
+    REAL(capture_range, 0.3, 6)                                                                                                  \
     INTEGER(evolve_iterations, 0, 1000)                                                                                          \
-    REAL(evolve_step, 0.0f, 1.0f)                                                                                                \
-    REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
-    REAL(curvature, -0.2f, 0.2f)                                                                                                 \
+    REAL(evolve_step, 0, 1)                                                                                                      \
+    REAL(evolve_width, 0.5, 3)                                                                                                   \
+    REAL(curvature, -0.2, 0.2)                                                                                                   \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0, 3)                                                                                                    \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -16419,12 +17206,12 @@ SPRINGLS_API springls_params springls_default_params(void)
     INTEGER(components, 0, 1)                                                                                                    \
     INTEGER(project_initial, 0, 1)                                                                                               \
     INTEGER(fill_from_springls, 0, 1)                                                                                            \
-    REAL(min_component, 0.0f, 16.0f)                                                                                             \
+    REAL(min_component, 0, 16)                                                                                                   \
     INTEGER(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED)                                                       \
     INTEGER(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE)                                                          \
-    REAL(nearest_rule, 0.0f, 1e6f)                                                                                               \
+    REAL(nearest_rule, 0, 1e6)                                                                                                   \
     INTEGER(track_iterations, 0, 1000)                                                                                           \
-    REAL(track_step, 0.0f, 1.0f)                                                                                                 \
+    REAL(track_step, 0, 1)                                                                                                       \
     INTEGER(initial_stride, 1, 4)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
@@ -16435,10 +17222,14 @@ typedef struct springls__param {
     float low, high;
 } springls__param;
 
+#define SPRINGLS__TEXT_OF(x) #x
+#define SPRINGLS__TEXT(x) SPRINGLS__TEXT_OF(x) /* of what x stands for */
 #define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
-    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+    { #name, "params." #name " is not in " SPRINGLS__TEXT(low) " to " SPRINGLS__TEXT(high),                                      \
+      offsetof(springls_params, name), true, (float)(low), (float)(high) },
 #define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
-    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
+    { #name, "params." #name " is not in " SPRINGLS__TEXT(low) " to " SPRINGLS__TEXT(high),                                      \
+      offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -16459,7 +17250,8 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range, and the
+   range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
@@ -16467,7 +17259,25 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
         return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
         if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
-    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
+    return p->initial_stride == 3 ? "params.initial_stride is not 1, 2 or 4" : NULL; /* does not divide a brick */
+}
+
+/* Writes the value of the first member that is out of its range, after a colon; "" when none is. */
+SPRINGLS__FN void springls__params_bad_value(const springls_params *p, char text[32])
+{
+    size_t i;
+    text[0] = '\0';
+    for (i = 0; i < SPRINGLS__PARAM_COUNT && text[0] == '\0'; i++) {
+        const springls__param *member = &springls__param_list[i];
+        const char *at = (const char *)p + member->offset;
+        int32_t integer;
+        float real;
+        if (springls__param_good(p, member)) continue;
+        memcpy(&integer, at, sizeof integer);
+        memcpy(&real, at, sizeof real);
+        if (member->real) snprintf(text, 32, ": %g", (double)real);
+        else snprintf(text, 32, ": %ld", (long)integer);
+    }
 }
 
 /* ======== >>create  (src/lifecycle/create.h) =================================================================== */
@@ -16511,12 +17321,14 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side";
+        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side: it may be 4 to 4096";
     if (fault) return fault;
+    for (axis = 0; axis < 3; axis++)
+        if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
-    if (desc->max_springls < 0) return "max_springls is negative";
+    if (desc->max_springls < 0) return "max_springls is negative: it may be 0, for 64 million, to 2147483647";
     if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
     if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
@@ -16559,7 +17371,7 @@ SPRINGLS_API springls_forces springls_default_forces(void)
 /* Finds the shortest and the longest step between voxels, in world units. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
-    const double *m = ctx->to_world;
+    const double *m = ctx->lattice_to_world;
     int axis;
     for (axis = 0; axis < 3; axis++) {
         float spacing = springls__length(springls__v3_make((float)m[axis], (float)m[4 + axis], (float)m[8 + axis]));
@@ -16591,8 +17403,10 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     if (!desc) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
     memset(&made, 0, sizeof made);
-    fault = springls__desc_fault(desc, made.to_world, made.to_voxel, &made.model.params);
+    fault = springls__desc_fault(desc, made.lattice_to_world, made.window.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
+    made.original_window = made.window;
+    springls__windows_reset(&made);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
@@ -16630,11 +17444,13 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
+    char value[32];
     bool band_changed;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s", fault);
+    springls__params_bad_value(params, value);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -16653,12 +17469,10 @@ SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { retu
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx) { return ctx ? ctx->memory_used : 0; }
 SPRINGLS_API int springls_version(void) { return SPRINGLS_VERSION; }
 
-#define SPRINGLS__TEXT(x) #x
-#define SPRINGLS__VERSION_TEXT(a, b, c) SPRINGLS__TEXT(a) "." SPRINGLS__TEXT(b) "." SPRINGLS__TEXT(c)
-
 SPRINGLS_API const char *springls_version_string(void)
 {
-    return SPRINGLS__VERSION_TEXT(SPRINGLS_VERSION_MAJOR, SPRINGLS_VERSION_MINOR, SPRINGLS_VERSION_PATCH);
+    return SPRINGLS__TEXT(SPRINGLS_VERSION_MAJOR) "." SPRINGLS__TEXT(SPRINGLS_VERSION_MINOR) "."
+           SPRINGLS__TEXT(SPRINGLS_VERSION_PATCH);
 }
 
 SPRINGLS_API const char *springls_status_string(springls_status status)
@@ -16873,6 +17687,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
+    springls__place_window(ctx, &ctx->original_window, ctx->window.offset);
     return springls__reference_copy(ctx);
 }
 
@@ -16938,7 +17753,8 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (phi[v] == phi[v]) phi[v] = springls__clamp(phi[v], -g->far_value, g->far_value);
+            if (phi[v] == phi[v])
+                phi[v] = springls__outside_on_surface(springls__clamp(phi[v], -g->far_value, g->far_value));
     }
 }
 
@@ -17839,7 +18655,7 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     for (k = 0; k < 3; k++)
         if (!springls__finite((double)world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
         if (!(x[k] >= -furthest && x[k] <= furthest))
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
@@ -18465,6 +19281,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
     desc.backend = NULL;
     if (springls_create(&desc, &other) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    memcpy(other->home, ctx->original_window.offset, sizeof other->home); /* correspondences keep their bits */
     status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
     if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
     else status = springls__use_host(ctx, true);
@@ -18592,7 +19409,8 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 {
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (springls_step_in_progress(ctx)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    SPRINGLS__TRY(springls__finish_step(ctx)); /* an update of chunks */
     if (first < 0 || count < 0 || first > ctx->model.set.count - count)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
                               ctx->model.set.count);
@@ -18763,7 +19581,7 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
         springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                                     job->out + (size_t)begin * (size_t)job->attribute->channels);
@@ -18818,6 +19636,16 @@ typedef struct springls__brick_signature {
     int count;
 } springls__brick_signature;
 
+/* What springls_chunks_begin and _continue have done so far. */
+typedef enum springls__chunks_state {
+    SPRINGLS__CHUNKS_IDLE,
+    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; where ctx->step does not have them, they begin again */
+    SPRINGLS__CHUNKS_READY
+} springls__chunks_state;
+
+/* A brick of the lattice, counted in bricks. */
+typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
+
 struct springls_chunks {
     springls_chunks_desc desc;
     springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
@@ -18826,15 +19654,21 @@ struct springls_chunks {
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
     int *list;                             /* bricks whose values may differ from the published ones                   */
     springls_chunk *chunk;                 /* those that have changed                                                  */
+    int window[3];                         /* voxels: where the window was at the last update                          */
+    springls__lattice_brick *left;         /* [left_count] bricks with a mesh that the window has left behind          */
+    int left_count;
+    int listed, count;                     /* bricks of list, chunks                                                   */
+    bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
+    springls__chunks_state state;
     springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
-    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory;
+    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
     springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
                                           &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
-                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory };
+                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
@@ -18845,14 +19679,14 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
 {
     size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
+    c->published.slot_brick = (int *)c->slot_brick_memory.data; /* at once: what follows may fail, and the old memory is gone */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
                                         (size_t)c->published.free_count * sizeof(int)));
+    c->published.free_slots = (int *)c->free_slots_memory.data;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi_memory, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
                                         used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
-    c->published.slot_brick = (int *)c->slot_brick_memory.data;
-    c->published.free_slots = (int *)c->free_slots_memory.data;
     c->published.phi = (float *)c->phi_memory.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
     c->signature = (springls__brick_signature *)c->signature_memory.data;
     return SPRINGLS_OK;
 }
@@ -18875,6 +19709,77 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
     memset(c->dirty, 0, bricks);
     memset(c->has_mesh, 0, bricks);
     c->published.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- a window that has moved ---- */
+
+/* Returns the place on the lattice of a brick of the published level set. */
+SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int brick)
+{
+    springls__lattice_brick place;
+    int axis;
+    springls__brick_place(&c->published, brick, place.at);
+    for (axis = 0; axis < 3; axis++) place.at[axis] += c->window[axis] / SPRINGLS__BRICK;
+    return place;
+}
+
+/* Returns the brick of the published level set at a place on the lattice; -1: none. */
+SPRINGLS__FN int springls__published_brick(const springls_chunks *c, const springls__lattice_brick *place)
+{
+    int at[3], axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = place->at[axis] * SPRINGLS__BRICK - c->window[axis];
+    return springls__grid_contains(&c->published, at[0], at[1], at[2]) ? springls__brick_at(&c->published, at[0], at[1], at[2]) : -1;
+}
+
+/* Drops the published bricks that the window leaves behind, notes those with a mesh, and gives the others their new numbers. They
+   are meshed again: vertices may differ in the last bit, and neighbours repeat them. */
+SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[3])
+{
+    springls__grid *g = &c->published;
+    float moved[3];
+    int count = (int)springls__brick_count(g), i, k;
+    for (i = 0; i < count; i++) {
+        const int to = springls__brick_after_move(g, i, bricks), slot = g->top[i];
+        if (to < 0 && c->has_mesh[i]) c->left[c->left_count++] = springls__lattice_place(c, i);
+        if (slot < SPRINGLS__FIRST_SLOT) continue;
+        g->slot_brick[slot] = to;
+        c->dirty[i] = 1;
+        if (to < 0) g->free_slots[g->free_count++] = slot;
+        for (k = 0; k < 3; k++) moved[k] = -(float)(SPRINGLS__BRICK * bricks[k]) * (float)c->signature[slot].count;
+        c->signature[slot].particles = springls__add(c->signature[slot].particles, springls__v3_make(moved[0], moved[1], moved[2]));
+    }
+    springls__move_table(g, g->top, sizeof *g->top, bricks);
+    springls__move_table(g, c->dirty, 1, bricks);
+    springls__move_table(g, c->has_mesh, 1, bricks);
+}
+
+/* Takes from the list of bricks left behind those that are in the window again: the consumer has a mesh of them. */
+SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
+{
+    int i, n = 0, brick;
+    for (i = 0; i < c->left_count; i++) {
+        brick = springls__published_brick(c, &c->left[i]);
+        if (brick < 0) c->left[n++] = c->left[i];
+        else c->dirty[brick] = c->has_mesh[brick] = 1;
+    }
+    c->left_count = n;
+}
+
+/* Moves what is published to where the model's window is now. Nothing has changed on failure. */
+SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
+{
+    int bricks[3], axis, i, n = c->left_count;
+    const int count = (int)springls__brick_count(&c->published);
+    if (memcmp(c->window, ctx->window.offset, sizeof c->window) == 0) return SPRINGLS_OK;
+    for (i = 0; i < count; i++) n += c->has_mesh[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
+                                        (size_t)c->left_count * sizeof *c->left));
+    c->left = (springls__lattice_brick *)c->left_memory.data;
+    for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
+    springls__move_published(c, bricks);
+    memcpy(c->window, ctx->window.offset, sizeof c->window);
+    springls__take_back_bricks(c);
     return SPRINGLS_OK;
 }
 
@@ -18905,8 +19810,6 @@ SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[
     return false;
 }
 
-typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
-
 /* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
    now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
 SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
@@ -18930,12 +19833,13 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
     return affected | own;
 }
 
-SPRINGLS__FN void springls__publish_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    springls_chunks *c = job->chunks;
-    const springls__grid *g = &job->ctx->model.grid;
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    const springls__grid *g = &ctx->model.grid;
     int origin[3];
+    (void)memory;
     for (; begin < end; begin++) {
         int slot = c->published.top[c->list[begin]];
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
@@ -18963,8 +19867,8 @@ SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__
     return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
 }
 
-/* Writes c->list, the bricks that may differ, and their number; each gets a slot of the published level set. */
-SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+/* Writes c->list, the bricks that may differ; each gets a slot of the published level set. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *published = &c->published;
@@ -18987,7 +19891,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
         c->list[n++] = i;
         if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
     }
-    *count = n;
+    c->listed = n;
     return SPRINGLS_OK;
 }
 
@@ -19048,10 +19952,10 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
 }
 
 /* Returns the slots of listed bricks that have become constant in the model. */
-SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c, int count)
+SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c)
 {
     int i;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < c->listed; i++) {
         int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
         if (side >= SPRINGLS__FIRST_SLOT) continue;
         c->published.top[brick] = side;
@@ -19101,18 +20005,20 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
             }
 }
 
-SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+    springls_chunks *c = ((const springls_context *)arg)->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
 /* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
 SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
 {
     int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    springls__v3 a = nearest >= 0 ? springls__correspondence_at(&ctx->model, nearest, x) : x;
-    springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * vertex);
+    float *a = chunk->correspondences + 3 * vertex;
+    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
+    else springls__voxel_to_world(ctx, x, a);
     chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
 }
 
@@ -19136,37 +20042,38 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
     }
 }
 
-SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+    const springls_context *ctx = (const springls_context *)arg;
+    (void)memory;
+    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
 }
 
-/* Writes c->chunk, a chunk without arrays for each dirty brick, and their number. */
-SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+/* Writes c->chunk, a chunk without arrays for each dirty brick. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &c->published;
     int bricks = (int)springls__brick_count(g), i, n = 0;
     for (i = 0; i < bricks; i++) n += c->dirty[i];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)n + 1, sizeof *c->chunk, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)(n + c->left_count) + 1, sizeof *c->chunk, 0));
     c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
         springls__brick_place(g, i, c->chunk[n++].brick);
     }
-    *count = n;
+    c->count = n;
     return SPRINGLS_OK;
 }
 
 /* Allocates the arrays of all counted chunks and gives each chunk its part. Leaves out chunks that have no triangle and had
    none. */
-SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c, int *count)
+SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c)
 {
     const size_t words = c->desc.correspondences ? 10 : 6; /* floats a vertex; an id takes one */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
-    for (i = 0; i < *count; i++) {
+    for (i = 0; i < c->count; i++) {
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
@@ -19175,7 +20082,7 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
-    *count = n;
+    c->count = n;
     vertices = corners = 0;
     for (i = 0; i < n; i++) {
         springls_chunk *chunk = &c->chunk[i];
@@ -19194,31 +20101,114 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Publishes what has changed and meshes it: writes c->chunk and the number of changed chunks. dirty stays set on failure, so
-   that the next call lists these chunks. */
-SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+/* Orders chunks by brick, x fastest. */
+SPRINGLS__FN int springls__compare_chunks(const void *first, const void *second)
 {
-    springls__chunk_job job;
-    int listed, i;
-    job.ctx = ctx;
-    job.chunks = c;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
-    springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
-    springls__drop_published_bricks(ctx, c, listed);
-    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
-    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
-    SPRINGLS__TRY(springls__allocate_chunks(ctx, c, count));
-    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
-    memset(c->dirty, 0, springls__brick_count(&c->published));
-    for (i = 0; i < *count; i++) {
-        const int *b = c->chunk[i].brick;
-        c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    const springls_chunk *a = (const springls_chunk *)first, *b = (const springls_chunk *)second;
+    int axis;
+    for (axis = 2; axis > 0 && a->brick[axis] == b->brick[axis]; axis--) continue;
+    return (a->brick[axis] > b->brick[axis]) - (a->brick[axis] < b->brick[axis]);
+}
+
+/* Counts the bricks of chunks on the lattice, and adds empty chunks for those that the window has left behind. */
+SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
+{
+    int i, axis;
+    for (i = 0; i < c->count; i++)
+        for (axis = 0; axis < 3; axis++) c->chunk[i].brick[axis] += c->window[axis] / SPRINGLS__BRICK;
+    if (c->left_count == 0) return;
+    for (i = 0; i < c->left_count; i++) {
+        springls_chunk *chunk = &c->chunk[c->count++];
+        memset(chunk, 0, sizeof *chunk);
+        memcpy(chunk->brick, c->left[i].at, sizeof chunk->brick);
     }
-    return SPRINGLS_OK;
+    c->left_count = 0;
+    qsort(c->chunk, (size_t)c->count, sizeof *c->chunk, springls__compare_chunks);
+}
+
+/* ---- an update: what is in progress (ctx->step) instead of a step ---- */
+
+/* Marks as dirty all bricks with values. */
+SPRINGLS__FN void springls__mark_all(springls_chunks *c)
+{
+    size_t bricks = springls__brick_count(&c->published), i;
+    for (i = 0; i < bricks; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
+}
+
+enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
+
+/* Publishes what has changed and meshes it: writes c->chunk. dirty stays set on failure, so that the next update lists these
+   chunks. */
+SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    int i;
+    ctx->on_device = false;
+    switch (ctx->work.phase) {
+    case SPRINGLS__CHUNKS_PUBLISH:
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__chunks_follow(ctx, c));
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
+        SPRINGLS__TRY(springls__list_bricks(ctx, c));
+        c->publishing = true;
+        springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_COUNT);
+    case SPRINGLS__CHUNKS_COUNT:
+        for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
+        c->publishing = false;
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+        springls__drop_published_bricks(ctx, c);
+        SPRINGLS__TRY(springls__list_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
+    case SPRINGLS__CHUNKS_FILL:
+        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
+    case SPRINGLS__CHUNKS_FILLED:
+    default:
+        memset(c->dirty, 0, springls__brick_count(&c->published));
+        for (i = 0; i < c->count; i++) {
+            const int *b = c->chunk[i].brick;
+            c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+        }
+        c->state = SPRINGLS__CHUNKS_READY;
+        ctx->step.active = false;
+        return SPRINGLS_OK;
+    }
+}
+
+/* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
+static const springls__step_entry springls__chunks_update[] = {
+    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
+    { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
+};
+
+/* Makes the next update list again what the consumer has not received. */
+SPRINGLS__FN void springls__list_again(springls_chunks *c)
+{
+    int i;
+    for (i = 0; i < c->count; i++) {
+        const int *b = c->chunk[i].brick;
+        int brick = springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
+        c->dirty[brick] = c->has_mesh[brick] = 1; /* as if it had one: a chunk that has vanished is listed too */
+    }
+}
+
+/* Begins an update. No step is in progress. */
+SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks *chunks)
+{
+    if (chunks->state == SPRINGLS__CHUNKS_READY) springls__list_again(chunks);
+    memset(&ctx->step, 0, sizeof ctx->step);
+    memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->step.next = springls__chunks_update;
+    ctx->step.chunks = chunks;
+    ctx->step.stage = -1;
+    ctx->step.active = true;
+    chunks->state = SPRINGLS__CHUNKS_IN_PROGRESS;
 }
 
 /* ---- the calls ---- */
@@ -19247,23 +20237,74 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
 
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
 {
-    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+    if (!ctx || !chunks) return;
+    if (ctx->step.active && ctx->step.chunks == chunks) {
+        springls__abandon_step(ctx);
+        springls__end_reading(ctx);
+    }
+    springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks) return springls__fail_null(ctx, "chunks_begin", "chunks");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__chunks_start(ctx, chunks);
+    return SPRINGLS_OK;
+}
+
+/* Continues an update until the clock shows *until; NULL: to its end. */
+SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, springls_chunks *chunks, const double *until,
+                                                       const springls_chunk **changed, int *count)
+{
+    springls_status status = SPRINGLS_OK;
+    if (chunks->state == SPRINGLS__CHUNKS_IN_PROGRESS) {
+        if (!ctx->step.active || ctx->step.chunks != chunks) SPRINGLS__TRY(springls_chunks_begin(ctx, chunks));
+        status = springls__resume_step(ctx, until);
+    }
+    if (status != SPRINGLS_OK) chunks->state = SPRINGLS__CHUNKS_IDLE;
+    if (chunks->state != SPRINGLS__CHUNKS_READY) return status;
+    springls__name_chunks(chunks);
+    *changed = chunks->chunk;
+    *count = chunks->count;
+    chunks->state = SPRINGLS__CHUNKS_IDLE;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+                                                      const springls_chunk **changed, int *count, bool *done)
+{
+    springls_status status;
+    double until;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count || !done)
+        return springls__fail_null(ctx, "chunks_continue",
+                                   !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
+    if (chunks->state == SPRINGLS__CHUNKS_IDLE)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
+    until = springls__now(ctx) + seconds;
+    status = springls__chunks_continue(ctx, chunks, &until, changed, count);
+    *done = chunks->state == SPRINGLS__CHUNKS_IDLE;
+    return status;
 }
 
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count)
 {
-    springls_status status;
     if (changed) *changed = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
         return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
-    SPRINGLS__TRY(springls__begin_reading(ctx));
-    status = springls__chunks_update(ctx, chunks, count);
-    if (status == SPRINGLS_OK) *changed = chunks->chunk;
-    else *count = 0;
-    return springls__report_device_failure(ctx, status);
+    SPRINGLS__TRY(springls_chunks_begin(ctx, chunks));
+    return springls__chunks_continue(ctx, chunks, NULL, changed, count);
 }
 
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
@@ -19613,7 +20654,7 @@ typedef struct springls__level_search {
 /* Begins searches, whose places may follow each other; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
-    const double *m = ctx->to_world, *inverse = ctx->to_voxel;
+    const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
     bool oblique = false;
     int k;
     search->ctx = ctx;
@@ -19693,7 +20734,7 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
     uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
     int k, c, at[3], end[3];
     for (k = 0; k < 4; k++) {
-        springls__load_tile_row(g, g->phi, origin, border, y + (k & 1), z + (k >> 1), phi[k]);
+        springls__load_tile_row(g, g->phi, origin, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
         row[k] = springls__signs_of_row(phi[k]);
         some |= row[k];
         all &= row[k];
@@ -19858,7 +20899,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     double x[3];
     float phi, short_range, last = FLT_MAX;
     int k, center[3];
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     search->x = springls__world_to_model(ctx, world);
     for (k = 0; k < 3; k++) {
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
@@ -20127,7 +21168,7 @@ SPRINGLS__FN void springls__hit_none(springls_hit *out)
 SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
 {
     if (material->triangle < 0) return;
-    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__original_to_world(ctx, material->hit.point, out->material);
     springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
 }
 
@@ -20235,7 +21276,7 @@ SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
 SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
                                          double along[3])
 {
-    const double *m = ctx->to_voxel;
+    const double *m = ctx->window.to_voxel;
     const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
     const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     int k;
@@ -20340,7 +21381,8 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
-    if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
+    if (!(max_distance >= 0.0f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
     memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;
@@ -20383,8 +21425,8 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
 
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
 {
-    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
-    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+    if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
 }
 
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
@@ -20465,7 +21507,7 @@ SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
         job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,
@@ -20544,7 +21586,7 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
 /* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
 {
-    return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
+    return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
 SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
@@ -21040,11 +22082,13 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
+        const int springl = springls__vertex_springl(model)[begin]; /* without one the vertex is its own correspondence */
         springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
         springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
+        springls__window_to_world(springl < 0 ? &job->ctx->window : &job->ctx->original_window,
+                                  springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = springls__vertex_springl(model)[begin];
+        job->mesh->springls[begin] = springl;
     }
 }
 
@@ -21100,7 +22144,7 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
         springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
         springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
         for (m = 0; m < 3; m++) {
-            springls_to_world(ctx, &ctx->model.set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
+            springls__original_to_world(ctx, ctx->model.set.a[i], out->correspondences + 9 * i + 3 * m);
             memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
             out->springls[3 * i + m] = i;
             out->triangles[3 * i + m] = 3 * i + m;
@@ -21120,6 +22164,17 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
+/* Converts voxels to the world as if the window had not moved: far away a float has too few digits for an area or a volume. */
+SPRINGLS__FN void springls__to_near_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    double x[3];
+    int i, k;
+    for (i = 0; i < count; i++, voxel += 3, world += 3) {
+        springls__transform(ctx->lattice_to_world, (double)voxel[0], (double)voxel[1], (double)voxel[2], x);
+        for (k = 0; k < 3; k++) world[k] = (float)x[k];
+    }
+}
+
 /* Sums the areas of all springls, world units. */
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
@@ -21128,7 +22183,7 @@ SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
     springls__tri t;
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
+        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
         t.a = springls__v3_make(corners[0], corners[1], corners[2]);
         t.b = springls__v3_make(corners[3], corners[4], corners[5]);
         t.c = springls__v3_make(corners[6], corners[7], corners[8]);
@@ -21141,6 +22196,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
 {
     springls__raw_mesh raw;
     springls__mesh_report report;
+    int k;
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
@@ -21150,13 +22206,16 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
-    springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
+    springls__to_near_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
                            springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
-    memcpy(out->lower, report.lo, sizeof out->lower);
-    memcpy(out->upper, report.hi, sizeof out->upper);
+    for (k = 0; k < 3; k++) {
+        double moved = ctx->window.to_world[4 * k + 3] - ctx->lattice_to_world[4 * k + 3];
+        out->lower[k] = (float)((double)report.lo[k] + moved);
+        out->upper[k] = (float)((double)report.hi[k] + moved);
+    }
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
     out->coverage = report.area > 0.0 ? springls__springls_area(ctx) / report.area : 0.0;
     out->components = report.components;
@@ -21184,6 +22243,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    if (!springls__is_unmoved(&ctx->window)) hash = springls__hash(hash, ctx->window.offset, sizeof ctx->window.offset);
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -21424,7 +22484,9 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
+    X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
+    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -21681,6 +22743,8 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
                                        SPRINGLS__BRICK_VOXELS * sizeof(float), true);
     }
+    if (!springls__is_unmoved(&ctx->original_window))
+        stamp = springls__checksum(stamp, ctx->original_window.offset, sizeof ctx->original_window.offset, true);
     stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3), true);
     if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int), true);
     return ctx->reference_stamp = stamp | 1u;
@@ -21711,6 +22775,7 @@ SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls
     s->removed = stats->removed;
     s->reshaped = stats->reshaped;
     s->refused = stats->refused;
+    s->left = stats->left;
     s->volume_correction = stats->volume_correction;
     s->largest_displacement = stats->largest_displacement;
     s->moving_share = stats->moving_share;
@@ -21745,6 +22810,12 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
+    s->window_x = ctx->window.offset[0];
+    s->window_y = ctx->window.offset[1];
+    s->window_z = ctx->window.offset[2];
+    s->original_window_x = ctx->original_window.offset[0];
+    s->original_window_y = ctx->original_window.offset[1];
+    s->original_window_z = ctx->original_window.offset[2];
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
@@ -21769,6 +22840,7 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
 SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
     int32_t size[3];
+    double to_world[12];
     int i, a = springls__attribute_of(section);
     if (a >= 0) {
         springls__attribute_entry entry = s->attribute[a];
@@ -21781,7 +22853,8 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
     case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
     case SPRINGLS__SECTION_GRID:
         for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
-        springls__code_grid(c, size, ctx->to_world);
+        memcpy(to_world, ctx->lattice_to_world, sizeof to_world);
+        springls__code_grid(c, size, to_world);
         break;
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
@@ -21956,6 +23029,14 @@ SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x 
 
 SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
+/* Returns whether a window can be there. */
+SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
+{
+    const int32_t limit = SPRINGLS__FURTHEST_WINDOW;
+    return x >= -limit && x <= limit && y >= -limit && y <= limit && z >= -limit && z <= limit && x % SPRINGLS__BRICK == 0
+        && y % SPRINGLS__BRICK == 0 && z % SPRINGLS__BRICK == 0;
+}
+
 /* Returns whether each number alone, and those that depend on each other, can be those of a model. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
@@ -21969,6 +23050,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
+        || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -22180,7 +23263,7 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
     springls__code_grid(&c, size, to_world);
-    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->to_world, sizeof to_world) != 0)
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
@@ -22363,6 +23446,7 @@ SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__sn
     stats->removed = s->removed;
     stats->reshaped = s->reshaped;
     stats->refused = s->refused;
+    stats->left = s->left;
     stats->volume_correction = s->volume_correction;
     stats->largest_displacement = s->largest_displacement;
     stats->moving_share = s->moving_share;
@@ -22371,6 +23455,10 @@ SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__sn
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
+    const int window[3] = { s->window_x, s->window_y, s->window_z };
+    const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
+    springls__place_window(ctx, &ctx->window, window);
+    springls__place_window(ctx, &ctx->original_window, original_window);
     ctx->model.set.count = s->springls;
     ctx->model.set.at_edges = s->at_edges;
     ctx->model.set.next_id = s->next_id;
@@ -22534,7 +23622,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 896 \"springls.h\"\n",
+    "#line 930 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -22617,7 +23705,7 @@ static const char *const springls__kernel_lines[] = {
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
     "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
     "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
-    "    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */\n",
+    "    float min_component;     /* 0..16 voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay */\n",
     "    springls_topology topology;\n",
     "    springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */\n",
     "\n",
@@ -22642,7 +23730,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1875 \"springls.h\"\n",
+    "#line 1944 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -22659,6 +23747,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
+    "\n",
+    "/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */\n",
+    "typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;\n",
     "\n",
     "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
     "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
@@ -22687,9 +23778,9 @@ static const char *const springls__kernel_lines[] = {
     "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
     "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
     "\n",
-    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are\n",
-    "   left. */\n",
-    "typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which\n",
+    "   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */\n",
+    "typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;\n",
     "\n",
     "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
     "typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;\n",
@@ -22719,6 +23810,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
+    "    springls__reach_arguments reach;\n",
     "    springls__relax_arguments relax;\n",
     "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
@@ -22737,7 +23829,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1971 \"springls.h\"\n",
+    "#line 2044 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -22755,6 +23847,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
     "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
+    "    /* window */                                                                                                                 \\\n",
+    "    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \\\n",
+    "    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -22767,6 +23862,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \\\n",
     "    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \\\n",
     "    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \\\n",
+    "    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \\\n",
     "    /* fill_gaps: from springls */                                                                                               \\\n",
     "    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \\\n",
     "    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \\\n",
@@ -22827,7 +23923,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2062 \"springls.h\"\n",
+    "#line 2139 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -22903,7 +23999,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2139 \"springls.h\"\n",
+    "#line 2216 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -22924,7 +24020,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2161 \"springls.h\"\n",
+    "#line 2238 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22939,7 +24035,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2177 \"springls.h\"\n",
+    "#line 2254 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23063,7 +24159,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2301 \"springls.h\"\n",
+    "#line 2378 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -23089,7 +24185,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2328 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -23289,7 +24385,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2529 \"springls.h\"\n",
+    "#line 2606 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23304,7 +24400,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2544 \"springls.h\"\n",
+    "#line 2621 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -23428,14 +24524,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2668 \"springls.h\"\n",
+    "#line 2745 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2676 \"springls.h\"\n",
+    "#line 2753 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -23447,7 +24543,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2688 \"springls.h\"\n",
+    "#line 2765 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23462,7 +24558,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2704 \"springls.h\"\n",
+    "#line 2781 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23506,7 +24602,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2748 \"springls.h\"\n",
+    "#line 2825 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23521,7 +24617,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2763 \"springls.h\"\n",
+    "#line 2840 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -23565,7 +24661,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2807 \"springls.h\"\n",
+    "#line 2884 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -23644,7 +24740,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2886 \"springls.h\"\n",
+    "#line 2963 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23659,7 +24755,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2979 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23726,7 +24822,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 2969 \"springls.h\"\n",
+    "#line 3046 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23741,7 +24837,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2984 \"springls.h\"\n",
+    "#line 3061 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -23808,7 +24904,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3052 \"springls.h\"\n",
+    "#line 3129 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -24145,7 +25241,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3390 \"springls.h\"\n",
+    "#line 3467 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -24338,42 +25434,69 @@ static const char *const springls__kernel_lines[] = {
     "           || origin[2] + 9 > g->size[2];\n",
     "}\n",
     "\n",
-    "/* Copies a row of eight voxels. */\n",
+    "/* Copies a row of eight voxels into a tile. */\n",
     "SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)\n",
     "{\n",
     "    int x;\n",
     "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
     "}\n",
     "\n",
-    "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
+    "/* Copies a row of eight voxels within the model. */\n",
+    "SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__GLOBAL float *to)\n",
+    "{\n",
+    "    int x;\n",
+    "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
+    "}\n",
+    "\n",
+    "/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */\n",
     "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
-    "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
+    "                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)\n",
     "{\n",
     "    int x;\n",
     "    if (border) {\n",
-    "        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);\n",
+    "        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)\n",
+    "            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
     "    } else {\n",
-    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
-    "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);\n",
-    "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
+    "        SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;\n",
+    "        SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;\n",
+    "        for (x = 0; x < margin; x++) out[x] = before[x];\n",
+    "        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + margin);\n",
+    "        for (x = 0; x < margin; x++) out[margin + SPRINGLS__BRICK + x] = behind[x];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
+    "/* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */\n",
+    "SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                         bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const int width = SPRINGLS__BRICK + 2 * margin;\n",
+    "    int row = group.item, y = row, z = 0;\n",
+    "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
+    "    for (; row < width * width; row += group.items, y += group.items) {\n",
+    "        for (; y >= width; y -= width) z++;\n",
+    "        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "}\n",
+    "\n",
+    "/* Loads the tile of a slot. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int o[3], row;\n",
-    "    bool border;\n",
+    "    int o[3];\n",
     "    springls__slot_origin(g, slot, o);\n",
-    "    border = springls__tile_at_border(g, o);\n",
-    "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
-    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)\n",
-    "        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,\n",
-    "                                tile + SPRINGLS__TILE * row);\n",
-    "    SPRINGLS__BARRIER;\n",
+    "    springls__load_rows(g, field, o, springls__tile_at_border(g, o), 1, group, tile);\n",
+    "}\n",
+    "\n",
+    "/* Returns which voxels of a row of a tile are inside, as bits. */\n",
+    "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
+    "{\n",
+    "    uint32_t signs = 0u;\n",
+    "    int x;\n",
+    "    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)(row[x] < 0.0f) << x;\n",
+    "    return signs;\n",
     "}\n",
     "\n",
     "/* Voxels of a row and their six neighbours, one voxel a lane. */\n",
@@ -24432,35 +25555,20 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,\n",
-    "   which loads nothing. */\n",
+    "/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */\n",
     "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
-    "    int x, row;\n",
+    "    int axis;\n",
     "    bool border = false;\n",
     "    tile->g = g;\n",
     "    tile->field = field;\n",
-    "    for (x = 0; x < 3; x++) {\n",
-    "        tile->origin[x] = origin[x];\n",
-    "        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        tile->origin[axis] = origin[axis];\n",
+    "        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];\n",
     "    }\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {\n",
-    "        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;\n",
-    "        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;\n",
-    "        if (border) {\n",
-    "            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
-    "        } else {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
-    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
-    "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
-    "            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);\n",
-    "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
-    "        }\n",
-    "    }\n",
-    "    SPRINGLS__BARRIER;\n",
+    "    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);\n",
     "}\n",
     "\n",
     "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
@@ -24613,10 +25721,10 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int row, v;\n",
+    "    int row;\n",
     "    if (!g->some_asleep || g->awake[g->active[i]]) return false;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];\n",
+    "        springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));\n",
     "    return true;\n",
     "}\n",
     "\n",
@@ -24640,7 +25748,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3886 \"springls.h\"\n",
+    "#line 3975 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -24650,13 +25758,14 @@ static const char *const springls__kernel_lines[] = {
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
     "}\n",
     "\n",
-    "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
+    "/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
     "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
+    "    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */\n",
+    "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */\n",
     "    uint32_t next, end;\n",
-    "    int large;\n",
     "} springls__cell_walk;\n",
     "\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
@@ -24675,36 +25784,52 @@ static const char *const springls__kernel_lines[] = {
     "    walk.x = walk.lo[0];\n",
     "    walk.y = walk.lo[1];\n",
     "    walk.z = walk.lo[2];\n",
+    "    walk.slot = walk.first = walk.last = 0;\n",
+    "    walk.ids = model->cells.ids;\n",
     "    walk.next = walk.end = 0;\n",
-    "    walk.large = 0;\n",
     "    return walk;\n",
+    "}\n",
+    "\n",
+    "/* Goes on to the next row; returns false at the end. */\n",
+    "SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)\n",
+    "{\n",
+    "    const springls__grid *g = walk->g;\n",
+    "    SPRINGLS__GLOBAL const uint32_t *cell;\n",
+    "    int last, row;\n",
+    "    if (walk->z > walk->hi[2]) {\n",
+    "        if (walk->slot < 0) return false;\n",
+    "        walk->slot = -1;\n",
+    "        walk->ids = walk->cells->large;\n",
+    "        walk->next = 0;\n",
+    "        walk->end = (uint32_t)walk->cells->large_count;\n",
+    "        return true;\n",
+    "    }\n",
+    "    last = springls__imin(walk->x | 7, walk->hi[0]);\n",
+    "    row = springls__cell_in_brick(0, walk->y, walk->z);\n",
+    "    walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);\n",
+    "    walk->first = row + (walk->x & 7) / SPRINGLS__CELL;\n",
+    "    walk->last = row + (last & 7) / SPRINGLS__CELL;\n",
+    "    cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;\n",
+    "    walk->next = cell[walk->first];\n",
+    "    walk->end = cell[walk->last + 1];\n",
+    "    walk->x = last + 1;\n",
+    "    if (walk->x > walk->hi[0]) {\n",
+    "        walk->x = walk->lo[0];\n",
+    "        walk->y += SPRINGLS__CELL;\n",
+    "        if (walk->y > walk->hi[1]) {\n",
+    "            walk->y = walk->lo[1];\n",
+    "            walk->z += SPRINGLS__CELL;\n",
+    "        }\n",
+    "    }\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* Returns the next springl; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
     "{\n",
-    "    while (walk->next == walk->end) {\n",
-    "        const springls__grid *g = walk->g;\n",
-    "        SPRINGLS__GLOBAL const uint32_t *cell;\n",
-    "        int last;\n",
-    "        if (walk->z > walk->hi[2]) {\n",
-    "            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;\n",
-    "        }\n",
-    "        last = springls__imin(walk->x | 7, walk->hi[0]);\n",
-    "        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;\n",
-    "        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];\n",
-    "        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];\n",
-    "        walk->x = last + 1;\n",
-    "        if (walk->x > walk->hi[0]) {\n",
-    "            walk->x = walk->lo[0];\n",
-    "            walk->y += SPRINGLS__CELL;\n",
-    "            if (walk->y > walk->hi[1]) {\n",
-    "                walk->y = walk->lo[1];\n",
-    "                walk->z += SPRINGLS__CELL;\n",
-    "            }\n",
-    "        }\n",
-    "    }\n",
-    "    return (int)walk->cells->ids[walk->next++];\n",
+    "    while (walk->next == walk->end)\n",
+    "        if (!springls__cell_walk_row(walk)) return -1;\n",
+    "    return (int)walk->ids[walk->next++];\n",
     "}\n",
     "\n",
     "/* Begins a walk over at least all springls whose particle lies within r of x. */\n",
@@ -24816,7 +25941,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4063 \"springls.h\"\n",
+    "#line 4169 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -24989,7 +26114,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4237 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -25108,7 +26233,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4357 \"springls.h\"\n",
+    "#line 4463 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -25204,6 +26329,7 @@ static const char *const springls__kernel_lines[] = {
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
     "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
+    "    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -25257,7 +26383,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4506 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25272,7 +26398,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4522 \"springls.h\"\n",
+    "#line 4629 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25387,10 +26513,11 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
     "    const float *n = rule->flow_numbers;\n",
     "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);\n",
     "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
     "    if (rule->velocity.channels == 0) return out;\n",
     "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
@@ -25602,7 +26729,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4852 \"springls.h\"\n",
+    "#line 4960 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25617,7 +26744,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4867 \"springls.h\"\n",
+    "#line 4975 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -25732,10 +26859,11 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
     "    const float *n = rule->flow_numbers;\n",
     "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);\n",
+    "    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);\n",
+    "        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);\n",
     "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
     "    if (rule->velocity.channels == 0) return out;\n",
     "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
@@ -25947,7 +27075,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5197 \"springls.h\"\n",
+    "#line 5306 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -25964,7 +27092,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5744 \"springls.h\"\n",
+    "#line 5866 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -25990,7 +27118,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5771 \"springls.h\"\n",
+    "#line 5893 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -26076,7 +27204,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5858 \"springls.h\"\n",
+    "#line 5980 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -26140,9 +27268,13 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t sectors = 0u;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);\n",
-    "        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
+    "        springls__v3 d;\n",
+    "        float u, v;\n",
+    "        if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
+    "        d = springls__sub(model->set.s[other].p, x);\n",
+    "        u = springls__dot(d, gaps.e1);\n",
+    "        v = springls__dot(d, gaps.e2);\n",
+    "        if (u * u + v * v < 1e-6f) continue;\n",
     "        sectors |= springls__sector(u, v);\n",
     "        if (springls__sectors_close(sectors)) return true;\n",
     "    }\n",
@@ -26204,7 +27336,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 5987 \"springls.h\"\n",
+    "#line 6113 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -26304,7 +27436,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6088 \"springls.h\"\n",
+    "#line 6214 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -26525,7 +27657,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6310 \"springls.h\"\n",
+    "#line 6436 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -26555,7 +27687,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6340 \"springls.h\"\n",
+    "#line 6466 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26570,7 +27702,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6356 \"springls.h\"\n",
+    "#line 6482 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26739,7 +27871,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6525 \"springls.h\"\n",
+    "#line 6651 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26754,7 +27886,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6540 \"springls.h\"\n",
+    "#line 6666 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -26923,7 +28055,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6709 \"springls.h\"\n",
+    "#line 6835 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -26970,7 +28102,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6757 \"springls.h\"\n",
+    "#line 6883 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -26985,7 +28117,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6772 \"springls.h\"\n",
+    "#line 6898 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27000,7 +28132,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6788 \"springls.h\"\n",
+    "#line 6914 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -27011,7 +28143,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6799 \"springls.h\"\n",
+    "#line 6925 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27026,7 +28158,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6814 \"springls.h\"\n",
+    "#line 6940 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -27037,7 +28169,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6825 \"springls.h\"\n",
+    "#line 6951 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -27091,6 +28223,22 @@ static const char *const springls__kernel_lines[] = {
     "    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
+    "/* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */\n",
+    "SPRINGLS__MATHS float springls__outside_on_surface(float phi)\n",
+    "{\n",
+    "    const float rounding = 1e-3f; /* voxel */\n",
+    "    return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;\n",
+    "}\n",
+    "\n",
+    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
+    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
+    "SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)\n",
+    "{\n",
+    "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
+    "    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;\n",
+    "    return phi < 0.0f ? -beside : beside;\n",
+    "}\n",
+    "\n",
     "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
     "   old one plus or minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
@@ -27140,7 +28288,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 6929 \"springls.h\"\n",
+    "#line 7071 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -27203,8 +28351,54 @@ static const char *const springls__kernel_lines[] = {
     "    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);\n",
     "}\n",
     "\n",
-    "/* A direction, and the weight of the springls that face it. */\n",
-    "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
+    "#define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */\n",
+    "\n",
+    "/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:\n",
+    "   the mean direction (x, y, z), and their weight. */\n",
+    "typedef struct springls__directions {\n",
+    "    springls__v3 n[SPRINGLS__DIRECTIONS];\n",
+    "    float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];\n",
+    "    int count;\n",
+    "} springls__directions;\n",
+    "\n",
+    "/* Finds the mean directions of the springls that face like numbers i, i + 1, ..., one a lane, and their weights. */\n",
+    "SPRINGLS__MATHS void springls__find_support(springls__directions *directions, int i, const springls__v3 *n, const float *weight,\n",
+    "                                            int count)\n",
+    "{\n",
+    "    springls__vec3 facing = springls__vec_load_v3(directions->x + i, directions->y + i, directions->z + i), sum;\n",
+    "    springls__vec total = springls__vec_broadcast(0.0f), none = total;\n",
+    "    int j;\n",
+    "    sum = springls__vec_v3_make(none, none, none);\n",
+    "    for (j = 0; j < count; j++) {\n",
+    "        springls__vec3 other = springls__vec_broadcast3(n[j]);\n",
+    "        springls__vmask alike = springls__vec_dot(facing, other) > SPRINGLS__TOGETHER;\n",
+    "        springls__vec w = springls__vec_select(alike, springls__vec_broadcast(weight[j]), none);\n",
+    "        total = total + w;\n",
+    "        sum = springls__vec_mad(sum, other, w);\n",
+    "    }\n",
+    "    sum = springls__vec_normalize(sum);\n",
+    "    springls__vec_store(directions->x + i, sum.x);\n",
+    "    springls__vec_store(directions->y + i, sum.y);\n",
+    "    springls__vec_store(directions->z + i, sum.z);\n",
+    "    springls__vec_store(directions->weight + i, total);\n",
+    "}\n",
+    "\n",
+    "/* Chooses directions, evenly among the springls, and finds the support of each; those behind directions->count are zero. */\n",
+    "SPRINGLS__MATHS void springls__find_directions(const springls__v3 *n, const float *weight, int count,\n",
+    "                                               springls__directions *directions)\n",
+    "{\n",
+    "    int i, stride = count / SPRINGLS__DIRECTIONS + 1;\n",
+    "    directions->count = 0;\n",
+    "    for (i = 0; i < SPRINGLS__DIRECTIONS; i++) {\n",
+    "        springls__v3 one = i * stride < count ? n[i * stride] : springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        directions->n[i] = one;\n",
+    "        directions->x[i] = one.x;\n",
+    "        directions->y[i] = one.y;\n",
+    "        directions->z[i] = one.z;\n",
+    "        directions->count += i * stride < count;\n",
+    "    }\n",
+    "    for (i = 0; i < directions->count; i += SPRINGLS__LANES) springls__find_support(directions, i, n, weight, count);\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)\n",
     "{\n",
@@ -27214,34 +28408,15 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns the mean direction of the springls that face like number i, and their weight. */\n",
-    "SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)\n",
+    "/* Returns the direction with the largest weight, away from those tried before; -1: none has any. */\n",
+    "SPRINGLS__MATHS int springls__next_side(const springls__v3 *tried, int tries, const springls__directions *directions)\n",
     "{\n",
-    "    springls__support support;\n",
-    "    int j;\n",
-    "    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    support.weight = 0.0f;\n",
-    "    for (j = 0; j < count; j++) {\n",
-    "        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
-    "        support.weight += weight[j];\n",
-    "        support.normal = springls__mad(support.normal, n[j], weight[j]);\n",
-    "    }\n",
-    "    support.normal = springls__normalize(support.normal);\n",
-    "    return support;\n",
-    "}\n",
-    "\n",
-    "/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */\n",
-    "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,\n",
-    "                                                      const float *weight, int count)\n",
-    "{\n",
-    "    springls__support best, support;\n",
-    "    int i, stride = count / 24 + 1;\n",
-    "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    best.weight = 0.0f;\n",
-    "    for (i = 0; i < count; i += stride) {\n",
-    "        if (springls__is_tried(tried, tries, n[i])) continue;\n",
-    "        support = springls__support_of(i, n, weight, count);\n",
-    "        if (support.weight > best.weight) best = support;\n",
+    "    float most = 0.0f;\n",
+    "    int i, best = -1;\n",
+    "    for (i = 0; i < directions->count; i++) {\n",
+    "        if (directions->weight[i] <= most || springls__is_tried(tried, tries, directions->n[i])) continue;\n",
+    "        most = directions->weight[i];\n",
+    "        best = i;\n",
     "    }\n",
     "    return best;\n",
     "}\n",
@@ -27275,20 +28450,23 @@ static const char *const springls__kernel_lines[] = {
     "                                                         int count, float narrow)\n",
     "{\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
+    "    springls__directions directions;\n",
     "    springls__sides sides;\n",
     "    float total = 0.0f;\n",
     "    int i, tries = 0;\n",
     "    sides.count = 0;\n",
     "    for (i = 0; i < count; i++) total += weight[i];\n",
+    "    springls__find_directions(n, weight, count, &directions);\n",
     "    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {\n",
-    "        springls__support side = springls__next_side(tried, tries, n, weight, count);\n",
+    "        int d = springls__next_side(tried, tries, &directions);\n",
     "        springls__strip strip;\n",
-    "        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;\n",
-    "        tried[tries++] = side.normal;\n",
-    "        strip = springls__strip_of(side.normal, p, n, weight, count);\n",
+    "        springls__v3 normal;\n",
+    "        if (d < 0 || directions.weight[d] < total * (1.0f / 12.0f)) break;\n",
+    "        normal = tried[tries++] = springls__v3_make(directions.x[d], directions.y[d], directions.z[d]);\n",
+    "        strip = springls__strip_of(normal, p, n, weight, count);\n",
     "        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;\n",
     "        sides.middle[sides.count] = strip.middle;\n",
-    "        sides.normal[sides.count++] = side.normal;\n",
+    "        sides.normal[sides.count++] = normal;\n",
     "    }\n",
     "    return sides;\n",
     "}\n",
@@ -27415,29 +28593,29 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Fits the surface of one side about x, without springl `self`. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,\n",
-    "                                                        springls__v3 x, springls__v3 a0, int self)\n",
+    "/* Fits the surface of one side, facing n, about x; side_of: the side of each sample. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples,\n",
+    "                                                        const int side_of[SPRINGLS__SAMPLE_SET_SIZE], int side, springls__v3 n,\n",
+    "                                                        springls__v3 x, springls__v3 a0)\n",
     "{\n",
-    "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
+    "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
     "    springls__fit_result result;\n",
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
-    "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
-    "            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
+    "        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_highest(fit);\n",
-    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
-    "        result.ok = 0;\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;\n",
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Fits the surface of every side about x; returns how many fits are good. */\n",
+    "/* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */\n",
     "SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
     "                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])\n",
     "{\n",
-    "    int side, good = 0;\n",
+    "    int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;\n",
+    "    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);\n",
     "    for (side = 0; side < sides.count; side++) {\n",
-    "        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);\n",
+    "        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);\n",
     "        good += fit[side].ok != 0;\n",
     "    }\n",
     "    return good;\n",
@@ -27555,6 +28733,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */\n",
     "\n",
+    "/* Finds the cells of a slot that have springls which lay at an edge before, as bits. */\n",
+    "SPRINGLS__MATHS void springls__edge_cells_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint32_t *cell = model->grid.cell + (size_t)i * SPRINGLS__CELLS;\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
+    "    SPRINGLS__GLOBAL uint32_t *edge_cells = springls__edge_cells(model) + 2 * (size_t)i;\n",
+    "    uint32_t k;\n",
+    "    int c;\n",
+    "    (void)args;\n",
+    "    edge_cells[0] = edge_cells[1] = 0u;\n",
+    "    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] < 0) return;\n",
+    "    for (c = 0; c < 64; c++)\n",
+    "        for (k = cell[c]; k < cell[c + 1]; k++)\n",
+    "            if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);\n",
+    "}\n",
+    "\n",
     "/* Notes the normal of springl i, and whether it lay at an edge before. */\n",
     "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -27563,22 +28757,49 @@ static const char *const springls__kernel_lines[] = {
     "    springls__was_at_edge(model)[i] = model->set.edge[i];\n",
     "}\n",
     "\n",
+    "/* Returns true when a neighbor of springl i faces elsewhere: it may lie at a crease. */\n",
+    "SPRINGLS__MATHS bool springls__neighbor_turned(const springls__model *model, int i, float radius)\n",
+    "{\n",
+    "    const float turned = 0.77f; /* cosine of 40 degrees */\n",
+    "    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);\n",
+    "    springls__v3 p = model->set.s[i].p;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        float along = springls__dot(normal[i], normal[other]);\n",
+    "        if (along < turned && along > SPRINGLS__AWAY\n",
+    "            && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a springl near springl i lay at an edge before. */\n",
+    "SPRINGLS__MATHS bool springls__neighbor_at_edge(const springls__model *model, int i, float radius)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
+    "    springls__v3 p = model->set.s[i].p;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
+    "    while (springls__cell_walk_row(&walk)) {\n",
+    "        if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */\n",
+    "            uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];\n",
+    "            if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;\n",
+    "        }\n",
+    "        for (; walk.next < walk.end; walk.next++) {\n",
+    "            uint32_t other = walk.ids[walk.next];\n",
+    "            if (before[other] && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;\n",
+    "        }\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an\n",
     "   edge before. */\n",
     "SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
-    "    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
-    "    springls__v3 p = model->set.s[i].p;\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool candidate = false, asleep = springls__is_asleep(model, i);\n",
-    "    int other;\n",
-    "    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        float along = springls__dot(normal[i], normal[other]);\n",
-    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
-    "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
-    "    }\n",
+    "    const float radius = 1.5f;\n",
+    "    bool candidate = false;\n",
+    "    if (!springls__is_asleep(model, i))\n",
+    "        candidate = args.edge.search ? springls__neighbor_turned(model, i, radius) : springls__neighbor_at_edge(model, i, radius);\n",
     "    springls__edge_candidate(model)[i] = candidate;\n",
     "}\n",
     "\n",
@@ -27620,7 +28841,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7410 \"springls.h\"\n",
+    "#line 7625 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -27727,7 +28948,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7518 \"springls.h\"\n",
+    "#line 7733 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -27851,7 +29072,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7643 \"springls.h\"\n",
+    "#line 7858 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -28071,7 +29292,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 7864 \"springls.h\"\n",
+    "#line 8079 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -28147,7 +29368,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 7941 \"springls.h\"\n",
+    "#line 8156 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -28289,7 +29510,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8084 \"springls.h\"\n",
+    "#line 8299 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -28478,7 +29699,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8274 \"springls.h\"\n",
+    "#line 8489 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -28605,7 +29826,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8402 \"springls.h\"\n",
+    "#line 8617 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -28638,7 +29859,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 8436 \"springls.h\"\n",
+    "#line 8651 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -28775,20 +29996,28 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:\n",
-    "   else it is of another sheet, which is noted in *opposed when it faces against. */\n",
+    "/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of\n",
+    "   another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,\n",
+    "                                                              SPRINGLS__LOCAL const float *sums,\n",
+    "                                                              SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "{\n",
+    "    springls__vec along = springls__vec_load(sums + 8 * SPRINGLS__FACING) * n.x\n",
+    "                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1)) * n.y\n",
+    "                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2)) * n.z;\n",
+    "    if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (weight > 0.0f))) *opposed = 1;\n",
+    "    return springls__vec_select(along > SPRINGLS__SAME_SHEET, weight, springls__vec_broadcast(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Adds one springl to the moments of the voxels `first` to `last` of a row, where it is of their sheet. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,\n",
-    "                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "                                           int last, bool one_sheet, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
     "    int i;\n",
     "    for (i = first; i <= last; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;\n",
-    "        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x\n",
-    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y\n",
-    "              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;\n",
-    "        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;\n",
-    "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
+    "        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2);\n",
+    "        if (!one_sheet) w = springls__same_sheet_weight(w, s.n, sums + i, opposed);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
@@ -28812,9 +30041,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the last voxel of the brick within `radius` of such a place along one axis. */\n",
     "SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }\n",
     "\n",
-    "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
-    "                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "/* What springls__reached_rows does with a springl. */\n",
+    "#define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */\n",
+    "#define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */\n",
+    "#define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */\n",
+    "\n",
+    "/* Takes a springl into the rows of a brick that are near it. */\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,\n",
+    "                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
     "{\n",
     "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
@@ -28833,8 +30067,8 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
-    "            if (nearest) springls__nearest_row(s, offset, row, first, last);\n",
-    "            else springls__moments_row(s, offset, row, first, last, opposed);\n",
+    "            if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);\n",
+    "            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -28877,15 +30111,13 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    springls__v3 common = springls__common_facing(model, near_by);\n",
     "    bool one_sheet = springls__length2(common) > 0.5f;\n",
-    "    int r, k;\n",
+    "    int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;\n",
     "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
     "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
-    "    for (r = 0; r < near_by->count && !one_sheet; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);\n",
-    "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);\n",
+    "    for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)\n",
+    "        for (r = 0; r < near_by->count; r++)\n",
+    "            for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -28981,7 +30213,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
     "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);\n",
-    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;\n",
+    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
+    "        return springls__on_known_side(edge.distance, phi);\n",
     "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
@@ -28991,7 +30224,7 @@ static const char *const springls__kernel_lines[] = {
     "        int side = springls__side_of_bodies(model, x, args.project.max_displacement);\n",
     "        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;\n",
     "    }\n",
-    "    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);\n",
+    "    return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);\n",
     "}\n",
     "\n",
     "/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,\n",
@@ -29010,6 +30243,21 @@ static const char *const springls__kernel_lines[] = {
     "    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;\n",
     "    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;\n",
     "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.\n",
+    "   weight: of the row's sums, if there are `some`. */\n",
+    "SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,\n",
+    "                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)\n",
+    "{\n",
+    "    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;\n",
+    "    int i;\n",
+    "    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;\n",
+    "        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -29038,6 +30286,10 @@ static const char *const springls__kernel_lines[] = {
     "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
+    "        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {\n",
+    "            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);\n",
+    "            continue;\n",
+    "        }\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
     "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
@@ -29075,17 +30327,18 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    bool some_unknown = springls__has_unknown_side(model)[i] != 0;\n",
-    "    int row, v;\n",
+    "    int row;\n",
+    "    if (!some_unknown && !args.resolve.first) return;\n",
     "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (some_unknown)\n",
     "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,\n",
     "                                       args.resolve.last != 0, out + 8 * row);\n",
     "        else\n",
-    "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
+    "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 8884 \"springls.h\"\n",
+    "#line 9131 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -29237,7 +30490,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9037 \"springls.h\"\n",
+    "#line 9284 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -29321,7 +30574,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9122 \"springls.h\"\n",
+    "#line 9369 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -29418,7 +30671,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9220 \"springls.h\"\n",
+    "#line 9467 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -29633,12 +30886,15 @@ static const char *const springls__kernel_lines[] = {
     "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)\n",
-    "                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)\n",
-    "                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)\n",
-    "                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)\n",
-    "                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)\n",
-    "                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask m;\n",
+    "        if (!springls__vec_any((c >= 0.0f) & (c < SPRINGLS__JOIN_PHI))) continue;\n",
+    "        m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)\n",
+    "          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)\n",
+    "          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)\n",
+    "          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)\n",
+    "          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)\n",
+    "          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);\n",
     "        if (springls__vec_any(m)) return true;\n",
     "    }\n",
     "    return false;\n",
@@ -29693,15 +30949,20 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */\n",
     "\n",
-    "/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and\n",
-    "   connects two parts of the outside. */\n",
+    "/* Returns true when a voxel outside may puncture a sheet: it is nearer than PUNCTURE_PHI, lies in a ring of inside voxels and\n",
+    "   connects two parts of the outside. mask27: of the voxels around (topology.h). */\n",
+    "SPRINGLS__MATHS bool springls__punctures(float phi, unsigned mask27)\n",
+    "{\n",
+    "    return phi >= 0.0f && phi < SPRINGLS__PUNCTURE_PHI && springls__touches_one_inside(mask27)\n",
+    "        && !springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at` punctures a sheet. */\n",
     "SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    float phi = springls__phi_of(g, at);\n",
-    "    unsigned mask;\n",
     "    if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;\n",
-    "    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);\n",
-    "    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);\n",
+    "    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
     "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
@@ -29723,6 +30984,30 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
+    "\n",
+    "#define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */\n",
+    "\n",
+    "/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */\n",
+    "SPRINGLS__MATHS int springls__largest_speck(float min_component)\n",
+    "{\n",
+    "    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);\n",
+    "}\n",
+    "\n",
+    "/* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__signs_of_rows_around(SPRINGLS__LOCAL const float *phi, uint32_t around[9])\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = 0; k < 9; k++) around[k] = springls__signs_of_row(phi + springls__tile_step(3 * k));\n",
+    "}\n",
+    "\n",
+    "/* Returns the sides of the voxels around voxel x of that row, as topology.h has them. */\n",
+    "SPRINGLS__MATHS unsigned springls__mask27_of_rows(const uint32_t around[9], int x)\n",
+    "{\n",
+    "    unsigned mask = 0u;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 9; k++) mask |= (unsigned)(around[k] >> x & 7u) << 3 * k;\n",
+    "    return mask;\n",
+    "}\n",
     "\n",
     "/* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)\n",
@@ -29800,32 +31085,61 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? best : -springls__max(best, 1e-6f);\n",
     "}\n",
     "\n",
-    "/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */\n",
+    "/* Returns true when the part of a voxel has more than `largest` voxels, by those around it alone (mask27: topology.h). */\n",
+    "SPRINGLS__MATHS bool springls__is_large_part(unsigned mask27, int largest)\n",
+    "{\n",
+    "    unsigned side = mask27 >> 13 & 1u ? mask27 : ~mask27, part = 1u << 13, before = 0u, rest;\n",
+    "    while (part != before) {\n",
+    "        int count = 0;\n",
+    "        before = part;\n",
+    "        part = (springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before)) & side\n",
+    "             & SPRINGLS__ALL_AROUND;\n",
+    "        for (rest = part; rest; rest &= rest - 1u) count++;\n",
+    "        if (count > largest) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns phi of voxel `at` without parts, inside or outside, of less than min_component and without punctures. beside: how many\n",
+    "   of its six neighbours are on its side; mask27: of the voxels around (topology.h). */\n",
+    "SPRINGLS__MATHS float springls__without_specks(const springls__model *model, const int at[3], float phi, float beside,\n",
+    "                                               unsigned mask27)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;\n",
+    "    const int max_voxels = springls__largest_speck(least);\n",
+    "    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)\n",
+    "        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);\n",
+    "    if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))\n",
+    "        return SPRINGLS__FILLED_PHI;\n",
+    "    return phi;\n",
+    "}\n",
+    "\n",
+    "/* Copies phi of active brick i to phi_next without parts of less than min_component and without punctures. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float least = model->params.min_component;\n",
-    "    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */\n",
-    "    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */\n",
-    "    const float most = springls__max(max_neighbors, around_puncture);\n",
+    "    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);\n",
+    "    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    springls__copy_brick(model, i, tile, o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);\n",
+    "        uint32_t around[9];\n",
     "        float beside[8];\n",
-    "        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;\n",
+    "        if (!springls__count_beside(phi, most, beside)) continue;\n",
+    "        springls__signs_of_rows_around(phi, around);\n",
     "        for (x = 0; x < 8; x++) {\n",
+    "            if (beside[x] > most) continue;\n",
     "            springls__row_voxel(o, row, x, at);\n",
-    "            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))\n",
-    "                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);\n",
-    "            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))\n",
-    "                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;\n",
+    "            springls__next_row(&model->grid, i, row)[x] =\n",
+    "                springls__without_specks(model, at, phi[x], beside[x], springls__mask27_of_rows(around, x));\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9628 \"springls.h\"\n",
+    "#line 9936 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -29901,7 +31215,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 9705 \"springls.h\"\n",
+    "#line 10013 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -30137,7 +31451,40 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 9942 \"springls.h\"\n",
+    "#line 10250 \"springls.h\"\n",
+    "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
+    "\n",
+    "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
+    "\n",
+    "/* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */\n",
+    "SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)\n",
+    "{\n",
+    "    float dx = springls__max(margin - x.x, x.x + margin - (float)(g->size[0] - 1));\n",
+    "    float dy = springls__max(margin - x.y, x.y + margin - (float)(g->size[1] - 1));\n",
+    "    float dz = springls__max(margin - x.z, x.z + margin - (float)(g->size[2] - 1));\n",
+    "    return springls__max(springls__max(dx, dy), dz);\n",
+    "}\n",
+    "\n",
+    "/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,\n",
+    "   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */\n",
+    "SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__v3 p = model->set.s[i].p;\n",
+    "    const int side = args.reach.side;\n",
+    "    float along = side < 3 ? p.x : side < 5 ? p.y : p.z;\n",
+    "    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);\n",
+    "    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether contract removes springl i because it has left the window: 1. */\n",
+    "SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE\n",
+    "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
+    "                                       ? 1 : 0;\n",
+    "}\n",
+    "#line 10284 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -30162,7 +31509,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9968 \"springls.h\"\n",
+    "#line 10310 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -30245,15 +31592,6 @@ static const char *const springls__kernel_lines[] = {
     "        own |= 1u << edge;\n",
     "    }\n",
     "    return own;\n",
-    "}\n",
-    "\n",
-    "/* Returns which voxels of a row of a tile are inside, as bits. */\n",
-    "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
-    "{\n",
-    "    uint32_t signs = 0u;\n",
-    "    int x;\n",
-    "    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;\n",
-    "    return signs;\n",
     "}\n",
     "\n",
     "/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */\n",
@@ -30421,7 +31759,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10228 \"springls.h\"\n",
+    "#line 10561 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -30449,6 +31787,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
     "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
     "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
+    "    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \\\n",
     "    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \\\n",
     "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
     "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
@@ -30470,6 +31809,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
     "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
+    "    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \\\n",
+    "    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \\\n",
     "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
@@ -30518,7 +31859,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 30522 \"springls.h\"\n",
+    "#line 31863 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -31495,6 +32836,66 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     return SPRINGLS_OK;
 }
 
+/* ---- windows ---- */
+
+/* Widens [lower, upper], voxels of a window at `offset`, to the particles of a model along an axis. */
+SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *offset, int axis, double *lower, double *upper)
+{
+    const double moved = (double)ctx->window.offset[axis] - (double)offset[axis];
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        double x = (double)(axis == 0 ? p.x : axis == 1 ? p.y : p.z) + moved;
+        if (x < *lower) *lower = x;
+        if (x > *upper) *upper = x;
+    }
+}
+
+/* Moves the window of a model to the middle of both models. */
+SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
+{
+    int bricks[3], axis;
+    for (axis = 0; axis < 3; axis++) {
+        double lower = DBL_MAX, upper = -DBL_MAX;
+        springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
+        springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
+        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+    }
+    return springls__move_window(ctx, bricks);
+}
+
+/* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
+SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
+{
+    springls_status status;
+    size_t size;
+    void *block;
+    SPRINGLS__TRY(springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = springls__allocate(to, size);
+    if (!block) return springls__fail(to, SPRINGLS_OUT_OF_MEMORY, "out of memory");
+    status = springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size);
+    if (status == SPRINGLS_OK) status = springls_restore(to, block, size);
+    springls__release(to, block, size);
+    return status;
+}
+
+/* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
+SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
+{
+    springls_desc desc = ctx->desc;
+    springls_status status;
+    int bricks[3], axis;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    status = springls__copy_model(*copy, other);
+    if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
+    for (axis = 0; axis < 3; axis++)
+        bricks[axis] = (ctx->window.offset[axis] - other->window.offset[axis]) / SPRINGLS__BRICK;
+    if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
+}
+
 /* ---- the call ---- */
 
 /* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
@@ -31553,7 +32954,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
-        || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
+        || memcmp(ctx->lattice_to_world, other->lattice_to_world, sizeof ctx->lattice_to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
     if (ctx->model.params.band_half_width != other->model.params.band_half_width)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
@@ -31563,9 +32964,22 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Combines a model with another one in the same window, and empties it on failure. */
+SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, springls_operation operation,
+                                                         springls_context *other)
 {
     springls__surface surfaces[2];
+    springls_status status;
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    springls_context *copy = NULL;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -31575,11 +32989,12 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    memset(surfaces, 0, sizeof surfaces);
-    status = springls__combine(ctx, operation, other, surfaces);
-    springls__surface_free(ctx, &surfaces[0]);
-    springls__surface_free(ctx, &surfaces[1]);
-    return springls__clear_on_failure(ctx, status);
+    if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
+    if (ctx->desc.follow && operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
+    status = springls__copy_into_window(ctx, other, &copy);
+    if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
+    springls_destroy(copy);
+    return status;
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
@@ -31596,6 +33011,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     desc.backend = NULL;
     if (springls_create(&desc, &other) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    memcpy(other->home, ctx->window.offset, sizeof other->home);
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
     else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
@@ -31718,7 +33134,7 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__resample(ctx));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__resample));
     }
     return SPRINGLS_OK;
 }
@@ -31880,5 +33296,6 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 #pragma GCC pop_options
 #endif
 
+#endif
 #endif
 #endif

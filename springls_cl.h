@@ -31,6 +31,7 @@
 
 #ifdef SPRINGLS_NAMESPACE /* as the functions of springls.h */
 #define springls_cl_create SPRINGLS__NAME(springls_cl_create)
+#define springls_cl_prepare SPRINGLS__NAME(springls_cl_prepare)
 #define springls_cl_destroy SPRINGLS__NAME(springls_cl_destroy)
 #define springls_cl_name SPRINGLS__NAME(springls_cl_name)
 #define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
@@ -71,6 +72,12 @@ typedef struct springls_cl_desc {
    OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not in order,
    or only one of velocity and velocity_source is given. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
+
+/* Starts every kernel once, with nothing to do: a driver that compiles a kernel when it first runs does so now, and not during a
+   step. May take a minute. progress: receives the fraction that is done, and may cancel; NULL: none. A call without need costs some
+   milliseconds. CANCELLED: the other kernels are compiled when they first run. DEVICE_FAILED, OUT_OF_MEMORY: the logger has the
+   reason. INVALID_ARGUMENT: backend is NULL. */
+SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress);
 
 /* Destroys a backend, after the contexts that use it; NULL is allowed. */
 SPRINGLS_API void springls_cl_destroy(springls_backend *backend);
@@ -298,15 +305,15 @@ SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls
     return springls__cl_send(ctx, buffer->device, bytes, data);
 }
 
-SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx,
-                                           springls__arguments args, cl_int count, cl_int grain)
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls__buffer *arrays,
+                                           const springls__model *model, springls__arguments args, cl_int count, cl_int grain)
 {
-    springls__shape shape = springls__shape_of(&ctx->model);
-    springls_params params = ctx->model.params;
+    springls__shape shape = springls__shape_of(model);
+    springls_params params = model->params;
     cl_uint i;
     cl_int error = CL_SUCCESS;
     for (i = 0; i < SPRINGLS__ARRAY_COUNT && error == CL_SUCCESS; i++) {
-        cl_mem memory = (cl_mem)ctx->memory[i].device;
+        cl_mem memory = (cl_mem)arrays[i].device;
         error = cl->SetKernelArg(kernel, i, sizeof memory, memory ? &memory : NULL);
     }
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof shape, &shape);
@@ -317,18 +324,24 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
     return error;
 }
 
+/* Starts `groups` work groups of a kernel, one item each unless it is one for bricks. */
+SPRINGLS__FN cl_int springls__cl_enqueue(springls__cl *cl, cl_kernel kernel, size_t groups, bool brick)
+{
+    const size_t group = brick ? cl->group : 1, items = group * groups;
+    return cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu && !brick ? NULL : &group, 0, NULL, NULL);
+}
+
 /* Starts a kernel: a work item does as many elements as a task of the scalar backend on a processor, one on a GPU. */
 SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
                                                  springls__arguments args, bool brick)
 {
     springls__cl *cl = springls__cl_of(ctx);
-    size_t items, group = brick ? cl->group : 1;
-    const size_t *chosen = cl->gpu && !brick ? NULL : &group;
+    cl_int error;
     if (cl->gpu) grain = 1;
-    items = group * (((size_t)count + (size_t)grain - 1) / (size_t)grain);
-    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, args, count, grain), name));
+    error = springls__cl_arguments(cl, kernel, ctx->memory, &ctx->model, args, count, grain);
+    SPRINGLS__TRY(springls__cl_check(ctx, error, name));
     cl->counts.kernels++;
-    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, chosen, 0, NULL, NULL), name);
+    return springls__cl_check(ctx, springls__cl_enqueue(cl, kernel, ((size_t)count + (size_t)grain - 1) / (size_t)grain, brick), name);
 }
 
 SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__arguments args)
@@ -352,7 +365,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 }
 
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
-SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_t writes)
+SPRINGLS__FN springls_status springls__cl_reserve(springls_context *ctx, uint64_t writes)
 {
     SPRINGLS__TRY(springls__reserve_counts(ctx));
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
@@ -385,7 +398,7 @@ SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, spring
     args.chunk.value = value;
     *found = 0;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, args.chunk.chunks, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
@@ -400,7 +413,7 @@ SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springl
     uint32_t counts[2];
     if (count <= 0) return SPRINGLS_OK;
     args.chunk.limit = limit;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args));
     SPRINGLS__TRY(springls__cl_counted(ctx, 2, counts));
@@ -435,7 +448,7 @@ SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, springls__
     uint32_t sum;
     *total = 0;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, (uint64_t)1 << array));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, (uint64_t)1 << array));
     SPRINGLS__TRY(springls__cl_sums(ctx, array, count));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
     SPRINGLS__TRY(springls__cl_apply(ctx, array, count)); /* the last: what fails before it has changed nothing */
@@ -450,7 +463,7 @@ SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context
     if (count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__SET_BITS | SPRINGLS__ROLE_BIT(stay_number) | SPRINGLS__BIT(SPARE)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__SET_BITS | SPRINGLS__ROLE_BIT(stay_number) | SPRINGLS__BIT(SPARE)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, NULL));
     SPRINGLS__TRY(springls__cl_scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
     if (kept == count) return SPRINGLS_OK;
@@ -468,7 +481,7 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
     springls__arguments args;
     args.brick_flag.keep = keep;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_FLAG)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_FLAG)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, chunks->chunk.count, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
@@ -489,7 +502,7 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
     if (dropped + added == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks.chunk.chunks, &chunks));
     ctx->lost = true; /* the host cannot finish half a change */
     args.brick_add.chunk = chunks.chunk;
@@ -530,7 +543,7 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
     int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, writes));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, writes));
     for (i = 0; i < sizeof kernels / sizeof *kernels; i++) SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, NULL));
     return SPRINGLS_OK;
 }
@@ -540,7 +553,7 @@ SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uin
 {
     const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE);
     int springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, list));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, list));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, NULL));
@@ -552,7 +565,7 @@ SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
 {
     int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__ROLE_BIT(cell_count)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(cell_count)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, NULL));
     SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(cell_count), bricks));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, NULL));
@@ -575,7 +588,7 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cl_cells_fill(ctx));
     if (cells->large_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, large_number, springls));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__ROLE_BIT(large_number)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(large_number)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, NULL));
     SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, NULL);
@@ -587,14 +600,14 @@ SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ct
     springls__arguments args;
     uint32_t total;
     args.brick_list.margin = margin;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__ROLE_BIT(brick_rank)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__ROLE_BIT(brick_rank)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 2, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, &args));
     SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, &args));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, NULL);
 }
@@ -840,6 +853,45 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     springls__cl_log(&desc->logger, 3, "opencl: %s", cl->device_name);
     *out = &cl->base;
     return SPRINGLS_OK;
+}
+
+/* Runs a kernel over no elements. `memory` stands for all arrays: what a compiler reads ahead of a loop has to be somewhere. */
+SPRINGLS__FN cl_int springls__cl_run_empty(springls__cl *cl, int kernel, cl_mem memory)
+{
+    const bool brick = kernel < (int)SPRINGLS__KERNEL_COUNT && springls__kernels[kernel].brick;
+    springls__buffer arrays[SPRINGLS__ARRAY_COUNT];
+    springls__arguments args;
+    springls__model model;
+    cl_int error;
+    int i;
+    for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) arrays[i].device = memory;
+    memset(&args, 0, sizeof args);
+    memset(&model, 0, sizeof model);
+    error = springls__cl_arguments(cl, cl->kernels[kernel], arrays, &model, args, 0, 1);
+    if (error == CL_SUCCESS) error = springls__cl_enqueue(cl, cl->kernels[kernel], 1, brick);
+    return error == CL_SUCCESS ? cl->Finish(cl->queue) : error;
+}
+
+SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress)
+{
+    const int count = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT;
+    const size_t enough = 65536; /* bytes: an element of every array */
+    springls__cl *cl = (springls__cl *)(void *)backend;
+    bool cancelled = false;
+    cl_int error = CL_SUCCESS;
+    cl_mem memory;
+    int kernel;
+    if (!cl) return SPRINGLS_INVALID_ARGUMENT;
+    memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, enough, NULL, &error);
+    for (kernel = 0; kernel < count && error == CL_SUCCESS && !cancelled; kernel++) {
+        error = springls__cl_run_empty(cl, kernel, memory);
+        if (error == CL_SUCCESS && progress && progress->report)
+            cancelled = progress->report(progress->user, (float)(kernel + 1) / (float)count) != 0;
+    }
+    if (memory) cl->ReleaseMemObject(memory);
+    if (error != CL_SUCCESS) springls__cl_log(&cl->logger, 1, "opencl: prepare: %s", springls__cl_error(error));
+    if (error != CL_SUCCESS) return springls__cl_status(error);
+    return cancelled ? SPRINGLS_CANCELLED : SPRINGLS_OK;
 }
 
 SPRINGLS_API const char *springls_cl_name(const springls_backend *backend)

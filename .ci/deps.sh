@@ -1,7 +1,7 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
 # system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability,
-# python, web, web-test, packages. CC and CXX name the
+# python, web, web-test, packages, engines. CC and CXX name the
 # compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -56,6 +56,7 @@ for group; do
         done
         need_command arm-linux-gnueabihf-gcc "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross"
         need_command qemu-aarch64 qemu-user
+        need_command tcc tcc
         need_command x86_64-w64-mingw32-g++ g++-mingw-w64-x86-64
         need_command wine "wine wine64"
         need_command emcc "emscripten node-acorn" ;;
@@ -67,6 +68,13 @@ for group; do
     python)   # the one of the system: its packages hold the modules
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import cffi, numpy, nibabel' 2> /dev/null ||
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
+    engines)   # what holds the library in examples/engines, and a display for it
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
+        need_command pkg-config pkg-config
+        need_library libGL.so.1 libgl1
+        need_library dri/swrast_dri.so libgl1-mesa-dri
+        headers="$headers
+            OGRE/Ogre.h libogre-1.12-dev" ;;
     packages)   # what finds the library for a program
         for command in cmake meson pkg-config; do need_command $command $command; done ;;
     opencl)   # a device that every machine can have: its processors, by PoCL
@@ -108,7 +116,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, python, web, web-test, packages, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, python, web, web-test, packages, engines, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

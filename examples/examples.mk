@@ -25,9 +25,9 @@ soft_body_USES    = springls
 attributes_USES   = springls
 csg_USES          = springls surface
 segment_USES      = springls surface imaging
-register_USES     = springls registration
+register_USES     = springls surface registration
 track4d_USES      = springls surface shapes registration
-atlas_USES        = springls surface shapes imaging
+atlas_USES        = springls surface shapes registration
 morph_USES        = springls character
 viewer_USES       = springls surface
 
@@ -35,7 +35,7 @@ atlas_LIBS        = -lcjson
 morph_LIBS        = -lz
 viewer_LIBS       = -lglfw -lepoxy
 
-EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web %.mk,$(wildcard examples/*))))
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines %.mk,$(wildcard examples/*))))
 
 # $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries.
 uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
@@ -67,6 +67,13 @@ $(foreach p,$(filter-out engine_embed,$(EXAMPLES)),$(eval $(call program_rule,$(
 engine_embed: build/engine_embed
 build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h
 	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm -pthread
+
+# Engines bring libraries along that nothing else wants.
+OGRE_FLAGS = $(shell pkg-config --cflags OGRE 2> /dev/null | sed s/-I/-isystem/) -DOGRE_PLUGINS='"$(shell pkg-config --variable=plugindir OGRE 2> /dev/null)"'
+engines: deps-engines   ## the library inside an engine, OGRE: build/ogre (--picture FILE.png; wants a display)
+	@$(MAKE) --no-print-directory build/ogre
+build/ogre: examples/engines/ogre.cpp build/examples/settings | springls.h
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. $(OGRE_FLAGS) -MMD -MP -MF build/examples/ogre.d -o $@ $< -lOgreMain -lm -pthread
 
 # The module of Python and its examples. It reads the declarations of springls.h, which lies beside it.
 PYTHON_FILES = springls.h springls.py segment.py track.py
@@ -101,7 +108,7 @@ build/web/%.html: examples/web/%.html
 	@mkdir -p $(@D)
 	@cp $< $@
 
-.PHONY: $(EXAMPLES) python check-folders
+.PHONY: $(EXAMPLES) python engines check-folders
 examples: $(EXAMPLES)   ## build every program of examples/ into build/ (or one: make leveque)
 
 # Refuses an include of a folder that its own does not use.

@@ -19,7 +19,7 @@ int main(void)
     springls_desc desc = springls_default_desc();
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
-    springls_sphere ball = {.center = {32, 44, 32}, .radius = 12};
+    springls_sphere ball = {{32, 44, 32}, 12}; /* center, radius */
     springls_context *model;
     springls_measures m;
 

@@ -7,10 +7,17 @@
 #ifndef SPRINGLS_IMPLEMENTED
 #define SPRINGLS_IMPLEMENTED
 
-/* Equal bits need a*b+c rounded twice. Clang and OpenCL have a pragma (compat.h), GCC takes an option. */
+#if defined(__TINYC__)
+#error "springls.h: tcc cannot compile this: of a 12-byte struct that a function returns it stores 16 bytes, over another variable"
+#elif defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ == 2
+#error "springls.h: the x87 unit does not round to float, which equal bits need: compile with -msse2 -mfpmath=sse"
+#else
+
+/* Equal bits need every operation rounded to float. For a*b+c clang and OpenCL have a pragma (compat.h), GCC takes an option;
+   the other one is for the S/390, where -std=c99 computes floats in double. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("fp-contract=off", "excess-precision=fast")
 #endif
 
 #include "solver/stage_calls.h"
@@ -34,5 +41,6 @@
 #pragma GCC pop_options
 #endif
 
+#endif
 #endif
 #endif

@@ -51,6 +51,7 @@ test_imaging_LIBS   = -lcjson
 test_morph_LIBS     = $(morph_LIBS)
 test_viewer_LIBS    = $(viewer_LIBS)
 # The other tests of programs include the sources of their program.
+test_register_SOURCES = $(filter-out examples/register/register.c,$(wildcard examples/register/*.c))
 test_atlas_SOURCES  = $(filter-out examples/atlas/atlas.c,$(wildcard examples/atlas/*.c))
 
 test_objects = $(patsubst examples/%.c,$(TEST_DIR)/objects/%.o,$(filter-out %/implementation.c,$($(1)_SOURCES) $(call folder_sources,$($(1)_USES))))
@@ -69,13 +70,16 @@ ifeq ($(WITH_LIBRARIES),1)
 $(foreach t,$(notdir $(EXAMPLE_TESTS)),$(eval $(call example_test_rule,$(t))))
 endif
 
-# C++: the engine's game loop with the code of docs/engine.md, which have the library as their own; and OpenVDB beside the library,
-# where that is installed.
+# C++: the engine's game loop with the code of docs/engine.md, and the program in OGRE, which have the library as their own; and OpenVDB
+# beside the library. OGRE and OpenVDB where they are installed.
 CXX_TEST_FLAGS = $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17
 $(TEST_DIR)/examples/test_engine: tests/examples/test_engine.cc docs/engine.md $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)
 	@sed -n '/^```cpp/,/^```$$/{/^```/!p}' docs/engine.md > $(TEST_DIR)/engine_sample.h
 	$(SAY)$(CXX) $(CXX_TEST_FLAGS) -I$(TEST_DIR) -o $@ $< $(TEST_LIBS)
+$(TEST_DIR)/examples/test_ogre: tests/examples/test_ogre.cc examples/engines/ogre.cpp $(TEST_DIR)/settings | springls.h
+	@mkdir -p $(@D)
+	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) $(OGRE_FLAGS) -o $@ $< $(if $(wildcard /usr/include/OGRE/Ogre.h),-lOgreMain) $(TEST_LIBS)
 $(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc $(TEST_DIR)/library.o $(TEST_DIR)/settings
 	@mkdir -p $(@D)
 	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o -Wl,--copy-dt-needed-entries,--as-needed \
@@ -90,7 +94,7 @@ $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examp
 
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python) $(UNIT_TESTS) unit/test_openvdb
+PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python) $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))

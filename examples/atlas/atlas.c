@@ -2,7 +2,8 @@
  *
  *   atlas build a.nii.gz b.nii.gz c.nii.gz --out hippocampus          # label maps: "a.nii.gz:1+2" for some labels only
  *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
- *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result */
+ *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result
+ *   atlas leave-one-out hippocampi                                    # how well that works: a table */
 #include "atlas/atlas.h"
 #include "springls/run_options.h"
 
@@ -26,7 +27,7 @@ static bool read_window(const char *text, double window[2])
 static int build_main(int argc, char **argv)
 {
     static struct atlas_build build = {
-        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100}};
+        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100, .templates = 2}};
     struct atlas_build_settings *set = &build.settings;
     const char *overrides = NULL;
     set->common = cli_common_defaults();
@@ -44,6 +45,8 @@ static int build_main(int argc, char **argv)
         {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
         {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
+        {"templates", CLI_INT, &set->templates, "K",
+         "with --images: subjects to whose images all are registered, for segmentation by votes", 0, FUSION_MAX_TEMPLATES, NULL},
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
@@ -76,7 +79,7 @@ static int build_main(int argc, char **argv)
 static int segment_main(int argc, char **argv)
 {
     static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
-                                                    .steps = 100}};
+                                                    .steps = 100, .fit = "auto"}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
     int labels[ATLAS_MAX_LABELS];
@@ -90,6 +93,9 @@ static int segment_main(int argc, char **argv)
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
          NULL},
         {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MAX_MODES, NULL},
+        {"fit", CLI_CHOICE, &set->fit, NULL,
+         "by votes of the atlas's subjects, or by intensities along the normals; auto: votes where the atlas has images", 0, 0,
+         "auto|profiles"},
         {"leash", CLI_DOUBLE, &set->leash, "MM",
          "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
          1e6, NULL},
@@ -131,6 +137,37 @@ static int segment_main(int argc, char **argv)
     return status;
 }
 
+static int leave_one_out_main(int argc, char **argv)
+{
+    static struct atlas_trial_settings set = {.templates = 2, .every = 1};
+    static springls_params params;
+    const char *overrides = NULL;
+    set.common = cli_common_defaults();
+    const struct cli_option options[] = {
+        {"templates", CLI_INT, &set.templates, "K", "as of atlas build", 1, FUSION_MAX_TEMPLATES, NULL},
+        {"first", CLI_INT, &set.first, "K", "the first subject that is left out, from 0", 0, ATLAS_MAX_SUBJECTS, NULL},
+        {"every", CLI_INT, &set.every, "K", "then every K-th", 1, ATLAS_MAX_SUBJECTS, NULL},
+        {"profiles", CLI_FLAG, &set.profiles, NULL, "also by intensities along the normals: start, pose, modes, springls", 0, 0, NULL},
+        {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+    };
+    const struct cli_positional folder = {"FOLDER", &set.folder, "with images/ and labels/, files of the same names", true};
+    const struct cli_program program = {.name = "atlas leave-one-out",
+                                        .summary = "segments each subject by an atlas of the others, and compares",
+                                        .common = &set.common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &folder,
+                                        .positional_count = 1};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE) {
+        status = run_options("atlas leave-one-out", &set.common, overrides, &params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = atlas_leave_one_out(&set, &params) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    return status;
+}
+
 int main(int argc, char **argv)
 {
     if (argc > 1 && strcmp(argv[1], "segment") == 0) {
@@ -139,10 +176,13 @@ int main(int argc, char **argv)
     if (argc > 1 && strcmp(argv[1], "build") == 0) {
         return build_main(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "leave-one-out") == 0) {
+        return leave_one_out_main(argc - 1, argv + 1);
+    }
     if (argc > 1 && strcmp(argv[1], "--help") == 0) {
-        puts("usage: atlas build|segment [options] ...\n"
+        puts("usage: atlas build|segment|leave-one-out [options] ...\n"
              "point distribution models made and used by springls: see atlas build --help, atlas segment --help");
         return CLI_EXIT_OK;
     }
-    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build or segment (see --help)");
+    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build, segment or leave-one-out (see --help)");
 }

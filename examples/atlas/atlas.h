@@ -9,6 +9,8 @@
 #ifndef EXAMPLES_ATLAS_ATLAS_H
 #define EXAMPLES_ATLAS_ATLAS_H
 
+#include "atlas/fusion.h"
+
 #include "base/cli.h"
 #include "imaging/overlap.h"
 #include "imaging/volume.h"
@@ -32,6 +34,9 @@ struct atlas {
     int samples;
     double spacing;
     float *profiles, *spreads; /* NULL: none */
+    /* The subjects' images and masks, when there were images of several: see fusion.h. */
+    struct fusion_template templates[FUSION_MAX_TEMPLATES];
+    int template_count;
 };
 
 bool atlas_write(const char *folder, const struct atlas *atlas);
@@ -59,6 +64,9 @@ struct atlas_subject {
  * label map NAME.anything, or NULL. mirror: reflects x about the middle of the label map or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
 void atlas_subject_free(struct atlas_subject *subject);
+
+/* Copies the `dims` voxels of a volume that begin at voxel `lo`, in the same world places; beyond the volume they are 0. */
+bool atlas_crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part);
 
 /* Returns the label of the voxel nearest to a place in mm, 0 outside. */
 int atlas_label_at(const struct volume *labels, const float place[3]);
@@ -94,7 +102,7 @@ struct atlas_build_settings {
     const char *names[ATLAS_MAX_SUBJECTS];
     int count;
     const char *images, *landmarks, *orientation;
-    int rounds, modes, samples, vertex_landmarks;
+    int rounds, modes, samples, vertex_landmarks, templates;
     bool keep_scale, mirror;
 };
 
@@ -125,6 +133,24 @@ void atlas_build_free(struct atlas_build *build);
 /* Returns true if all subjects are meshes with the same triangles, so that vertex k is the same place on each (truth.c). */
 bool atlas_same_triangles(const struct atlas_build *build);
 bool atlas_truth_measure(struct atlas_build *build);
+bool atlas_subjects_read(struct atlas_build *build);
+/* Computes mean, modes, regions and profiles from the subjects' shapes (build.c). */
+bool atlas_model_make(struct atlas_build *build);
+/* Registers the subjects' images to some of them, without learning a correction (templates.c). */
+bool atlas_templates_make(struct atlas_build *build);
+/* Chooses templates of different sizes: in order of volume, the subjects in the middle of equal parts. */
+void atlas_templates_choose(const struct atlas_build *build, int wanted, int *chosen);
+
+/* ---- atlas leave-one-out: leave_one_out.c ---- */
+
+struct atlas_trial_settings {
+    struct cli_common common;
+    const char *folder; /* with images and labels of the same names */
+    int templates, first, every; /* leaves out subjects first, first + every, ... */
+    bool profiles;               /* segments also by intensities along the normals */
+};
+
+bool atlas_leave_one_out(const struct atlas_trial_settings *settings, const springls_params *params);
 
 /* ---- intensities: image.c ---- */
 
@@ -178,19 +204,20 @@ bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_p
 
 struct atlas_segment_settings {
     struct cli_common common;
-    const char *image, *atlas, *reference, *label_text, *beside;
+    const char *image, *atlas, *reference, *label_text, *beside, *fit;
     double level, window[2], ramp, gvf, curvature, leash;
     int frame, modes, steps;
     bool dark, windowed;
 };
 
-enum { ATLAS_STAGES = 4 }; /* start, pose, modes, springls */
+enum { ATLAS_STAGES = 4 }; /* start, pose, modes, springls; with templates: start, registration, fusion, springls */
 
 struct atlas_stage {
     const char *name;
     double seconds;
     bool compared;
     double dice, mean_distance, hd95; /* mm */
+    double volume_ratio;              /* to the reference */
 };
 
 struct atlas_segment {
@@ -202,6 +229,11 @@ struct atlas_segment {
     struct atlas_placing placing;
     springls_backend *backend;
     springls_context *ctx;
+    struct fusion_map maps[FUSION_MAX_TEMPLATES]; /* to the atlas's templates */
+    float *probabilities[FUSION_MAX_TEMPLATES];   /* on the templates' grids */
+    float trust[FUSION_MAX_TEMPLATES];            /* weights of the templates; their sum is 1 */
+    int begin;                                    /* stage from which the springls start: a shape with the atlas's vertices */
+    bool fused;
     struct shape_mesh stages[ATLAS_STAGES], truth;
     struct atlas_stage results[ATLAS_STAGES];
     struct atlas_stage without; /* another program's result for the same image; name NULL: none */
@@ -214,6 +246,18 @@ struct atlas_segment {
 /* Reads the report.json of build/segment, the result without an atlas (file.c). */
 bool atlas_read_without(const char *path, struct atlas_stage *without);
 bool atlas_segment_run(struct atlas_segment *run);
+/* The same with run->atlas already there. */
+bool atlas_segment_image(struct atlas_segment *run);
+
+/* Returns true if the image agrees with the first template without any move, and sets run->placing to the atlas as it lies
+ * there. */
+bool atlas_lies_near(struct atlas_segment *run);
+/* Registers the image to the templates and lets the subjects vote: fills run->maps and run->probabilities, and gives the
+ * atlas's shape in the image (segment_fusion.c). */
+bool atlas_fuse(struct atlas_segment *run, float *shape);
+/* Returns the probability of being inside minus the level at which volumes are right. */
+float atlas_fused_at(const struct atlas_segment *run, const float place[3]);
+
 bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask); /* 1 inside */
 bool atlas_segment_output(const struct atlas_segment *run);
 void atlas_segment_free(struct atlas_segment *run);

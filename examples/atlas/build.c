@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool read_subjects(struct atlas_build *build)
+bool atlas_subjects_read(struct atlas_build *build)
 {
     const struct atlas_build_settings *set = &build->settings;
     build->subjects = calloc((size_t)set->count, sizeof *build->subjects);
@@ -192,12 +192,34 @@ static bool vote_regions(struct atlas_build *build)
     return good;
 }
 
+bool atlas_model_make(struct atlas_build *build)
+{
+    const struct atlas_build_settings *set = &build->settings;
+    struct atlas *atlas = &build->atlas;
+    const struct shape_mesh *mesh = &build->template.mesh;
+    atlas_mesh_free(&atlas->mean);
+    if (!atlas_mesh_copy(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, &atlas->mean)
+        || !align(build, atlas->mean.positions)) {
+        return false;
+    }
+    const size_t vertices = (size_t)atlas->mean.vertex_count;
+    atlas->oriented = build->subjects[0].oriented;
+    atlas->voxel = build->template.voxel;
+    atlas->subjects = set->count;
+    if (!shape_model_build(build->shapes, set->count, vertices, set->modes, &atlas->model)
+        || (set->count > 2 && set->samples > 0 && !shape_curves_make(build->shapes, set->count, vertices, set->samples, &build->curves))) {
+        return atlas_no_memory();
+    }
+    atlas->generalization = build->curves.modes > 0 ? build->curves.generalization[build->curves.modes - 1] : 0.0;
+    return vote_regions(build) && atlas_learn(build);
+}
+
 bool atlas_build_run(struct atlas_build *build)
 {
     const struct atlas_build_settings *set = &build->settings;
     struct atlas *atlas = &build->atlas;
     const double begin = elapsed_seconds();
-    if (!read_subjects(build)) {
+    if (!atlas_subjects_read(build)) {
         return false;
     }
     if (set->vertex_landmarks > 0 && !choose_landmarks(build, set->vertex_landmarks)) {
@@ -208,16 +230,13 @@ bool atlas_build_run(struct atlas_build *build)
         return false;
     }
     build->correspond_seconds = elapsed_seconds() - read;
-    const size_t vertices = (size_t)atlas->mean.vertex_count;
-    atlas->oriented = build->subjects[0].oriented;
-    atlas->voxel = build->template.voxel;
-    atlas->subjects = set->count;
-    if (!shape_model_build(build->shapes, set->count, vertices, set->modes, &atlas->model)
-        || (set->count > 2 && !shape_curves_make(build->shapes, set->count, vertices, set->samples, &build->curves))) {
-        return atlas_no_memory();
+    bool good = atlas_model_make(build) && atlas_truth_measure(build) && atlas_templates_make(build), all[ATLAS_MAX_SUBJECTS];
+    for (int s = 0; s < set->count; ++s) {
+        all[s] = true;
     }
-    atlas->generalization = build->curves.modes > 0 ? build->curves.generalization[build->curves.modes - 1] : 0.0;
-    const bool good = vote_regions(build) && atlas_learn(build) && atlas_truth_measure(build);
+    for (int t = 0; good && t < atlas->template_count; ++t) {
+        good = fusion_learn(&atlas->templates[t], all) || atlas_no_memory();
+    }
     build->seconds = elapsed_seconds() - begin;
     return good;
 }

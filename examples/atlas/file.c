@@ -21,19 +21,38 @@ enum { FORMAT_VERSION = 1, MAX_VERTICES = 50000000 };
 
 /* One array of the raw file. */
 struct raw_array {
-    const char *name;
+    char name[32];
     bool is_float;
     size_t count;
     void *data;
 };
 
-enum { MAX_ARRAYS = 6 };
+enum { SHAPE_ARRAYS = 6, TEMPLATE_ARRAYS = 5, MAX_ARRAYS = SHAPE_ARRAYS + TEMPLATE_ARRAYS * FUSION_MAX_TEMPLATES };
+
+/* Lists what the file holds of a template. */
+static void list_template(const struct atlas *atlas, int t, struct raw_array *arrays)
+{
+    static const char *const names[TEMPLATE_ARRAYS] = {"image", "images", "masks", "places", "correction"};
+    const struct fusion_template *template = &atlas->templates[t];
+    const size_t voxels = volume_voxels(&template->image), subjects = (size_t)template->count,
+                 counts[TEMPLATE_ARRAYS] = {voxels, subjects * voxels, subjects * voxels,
+                                            3 * (size_t)template->vertices,
+                                            template->corrected ? (size_t)fusion_terms : 0};
+    void *const data[TEMPLATE_ARRAYS] = {template->image.data, template->images, template->masks, template->places,
+                                         template->correction};
+    for (int a = 0; a < TEMPLATE_ARRAYS; ++a) {
+        snprintf(arrays[a].name, sizeof arrays[a].name, "template%d_%s", t, names[a]);
+        arrays[a].is_float = true;
+        arrays[a].count = counts[a];
+        arrays[a].data = data[a];
+    }
+}
 
 static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
 {
     const size_t points = 3 * (size_t)atlas->mean.vertex_count,
                  samples = (size_t)atlas->mean.vertex_count * (size_t)atlas->samples;
-    const struct raw_array all[MAX_ARRAYS] = {
+    const struct raw_array all[SHAPE_ARRAYS] = {
         {"mean", true, points, atlas->mean.positions},
         {"triangles", false, 3 * (size_t)atlas->mean.triangle_count, atlas->mean.triangles},
         {"regions", false, (size_t)atlas->mean.vertex_count, atlas->regions},
@@ -42,7 +61,12 @@ static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
         {"spreads", true, samples, atlas->spreads},
     };
     memcpy(arrays, all, sizeof all);
-    return atlas->samples > 0 ? MAX_ARRAYS : MAX_ARRAYS - 2;
+    int count = atlas->samples > 0 ? SHAPE_ARRAYS : SHAPE_ARRAYS - 2;
+    for (int t = 0; t < atlas->template_count; ++t) {
+        list_template(atlas, t, arrays + count);
+        count += TEMPLATE_ARRAYS;
+    }
+    return count;
 }
 
 static void swap_words(unsigned char *words, size_t count)
@@ -66,6 +90,9 @@ static bool write_raw(const char *path, const struct raw_array *arrays, int coun
     FILE *file = fopen(path, "wb");
     bool good = file != NULL;
     for (int p = 0; good && p < count; ++p) {
+        if (arrays[p].count == 0) {
+            continue;
+        }
         unsigned char *words = malloc(4 * arrays[p].count + 1);
         good = words != NULL;
         if (good) {
@@ -79,6 +106,18 @@ static bool write_raw(const char *path, const struct raw_array *arrays, int coun
         good = false;
     }
     return good || atlas_fail("%s: cannot write there", path);
+}
+
+static void write_template(struct json_writer *json, const struct fusion_template *template)
+{
+    const double dims[3] = {template->image.dims[0], template->image.dims[1], template->image.dims[2]};
+    json_object_begin(json, NULL);
+    json_integer(json, "subject", template->self);
+    json_numbers(json, "dims", dims, 3);
+    json_numbers(json, "affine_mm", &template->image.affine[0][0], 12);
+    json_number(json, "level", (double)template->level);
+    json_bool(json, "corrected", template->corrected);
+    json_object_end(json);
 }
 
 bool atlas_write(const char *folder, const struct atlas *atlas)
@@ -111,6 +150,11 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     json_numbers(&json, "deviations_mm", atlas->model.deviation, (size_t)atlas->model.modes);
     json_integer(&json, "profile_samples", atlas->samples);
     json_number(&json, "profile_spacing_mm", atlas->spacing);
+    json_array_begin(&json, "templates");
+    for (int t = 0; t < atlas->template_count; ++t) {
+        write_template(&json, &atlas->templates[t]);
+    }
+    json_array_end(&json);
     json_array_begin(&json, "arrays");
     for (int p = 0; p < count; ++p) {
         json_object_begin(&json, NULL);
@@ -180,6 +224,68 @@ static const char *read_scalars(const cJSON *header, struct atlas *atlas)
     return NULL;
 }
 
+static bool read_numbers(const cJSON *item, const char *key, int count, double *numbers)
+{
+    const cJSON *list = cJSON_GetObjectItemCaseSensitive(item, key);
+    bool good = cJSON_IsArray(list) && cJSON_GetArraySize(list) == count;
+    for (int i = 0; good && i < count; ++i) {
+        const cJSON *number = cJSON_GetArrayItem(list, i);
+        numbers[i] = cJSON_IsNumber(number) ? number->valuedouble : (double)NAN;
+        good = fabs(numbers[i]) < 1e9;
+    }
+    return good;
+}
+
+/* Reads a template's grid. Returns false if something is missing or out of range. */
+static bool read_template(const cJSON *item, const struct atlas *atlas, struct fusion_template *template)
+{
+    struct volume *image = &template->image;
+    double dims[3], affine[12], level;
+    if (!read_numbers(item, "dims", 3, dims) || !read_numbers(item, "affine_mm", 12, affine)
+        || !real(item, "level", 0.0, 1.0, &level) || !whole(item, "subject", 0, atlas->subjects - 1, &template->self)) {
+        return false;
+    }
+    for (int a = 0; a < 3; ++a) {
+        if (!(dims[a] >= 1.0 && dims[a] <= 2048.0)) {
+            return false;
+        }
+        image->dims[a] = (int)dims[a];
+        image->origin[a] = (float)affine[4 * a + 3];
+        image->spacing[a] = (float)sqrt(affine[a] * affine[a] + affine[4 + a] * affine[4 + a] + affine[8 + a] * affine[8 + a]);
+        if (!(image->spacing[a] > 0.0f)) {
+            return false;
+        }
+        for (int r = 0; r < 3; ++r) {
+            image->affine[r][a] = affine[4 * r + a];
+            image->direction[r][a] = (float)affine[4 * r + a] / image->spacing[a];
+        }
+        image->affine[a][3] = affine[4 * a + 3];
+    }
+    image->affine[3][3] = 1.0;
+    template->count = atlas->subjects;
+    template->vertices = atlas->mean.vertex_count;
+    template->level = (float)level;
+    template->corrected = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(item, "corrected"));
+    return true;
+}
+
+/* Reads the list of templates, which files of before do not have. */
+static const char *read_templates(const cJSON *header, struct atlas *atlas)
+{
+    const cJSON *list = cJSON_GetObjectItemCaseSensitive(header, "templates");
+    const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;
+    if (count > FUSION_MAX_TEMPLATES || (count > 0 && atlas->subjects > ATLAS_MAX_SUBJECTS)) {
+        return "too many templates";
+    }
+    for (int t = 0; t < count; ++t) {
+        if (!read_template(cJSON_GetArrayItem(list, t), atlas, &atlas->templates[t])) {
+            return "a template's grid is missing or out of range";
+        }
+        atlas->template_count = t + 1;
+    }
+    return NULL;
+}
+
 static const char *check_values(const struct raw_array *array, int vertices)
 {
     for (size_t i = 0; i < array->count; ++i) {
@@ -194,6 +300,16 @@ static const char *check_values(const struct raw_array *array, int vertices)
     return NULL;
 }
 
+static void set_range(struct volume *image)
+{
+    image->minimum = INFINITY;
+    image->maximum = -INFINITY;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        image->minimum = fminf(image->minimum, image->data[n]);
+        image->maximum = fmaxf(image->maximum, image->data[n]);
+    }
+}
+
 /* Reads the raw file after comparing its size with the header's sizes. Returns NULL, or what is wrong. */
 static const char *read_raw(FILE *file, struct atlas *atlas)
 {
@@ -202,6 +318,14 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
     void **places[MAX_ARRAYS] = {(void **)&atlas->mean.positions, (void **)&atlas->mean.triangles, (void **)&atlas->regions,
                                  (void **)&atlas->model.mode, (void **)&atlas->profiles, (void **)&atlas->spreads};
     size_t words = 0;
+    for (int t = 0, p = count - TEMPLATE_ARRAYS * atlas->template_count; t < atlas->template_count; ++t) {
+        struct fusion_template *template = &atlas->templates[t];
+        places[p++] = (void **)&template->image.data;
+        places[p++] = (void **)&template->images;
+        places[p++] = (void **)&template->masks;
+        places[p++] = (void **)&template->places;
+        places[p++] = (void **)&template->correction;
+    }
     for (int p = 0; p < count; ++p) {
         words += arrays[p].count;
     }
@@ -220,6 +344,16 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
         const char *wrong = check_values(&arrays[p], atlas->mean.vertex_count);
         if (wrong) {
             return wrong;
+        }
+    }
+    for (int t = 0; t < atlas->template_count; ++t) {
+        set_range(&atlas->templates[t].image);
+        if (!atlas->templates[t].corrected) {
+            free(atlas->templates[t].correction);
+            atlas->templates[t].correction = NULL;
+        }
+        if (!fusion_prepare(&atlas->templates[t])) {
+            return "not enough memory";
         }
     }
     return NULL;
@@ -250,6 +384,7 @@ static const char *read_header(const char *path, struct atlas *atlas, char *raw,
     const char *slash = strrchr(path, '/');
     cJSON *header = text ? cJSON_Parse(text) : NULL;
     const char *wrong = !text ? "cannot be read" : !header ? "not a JSON file" : read_scalars(header, atlas);
+    wrong = wrong ? wrong : read_templates(header, atlas);
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(header, "raw"));
     if (!wrong && (!name || strchr(name, '/'))) {
         wrong = "\"raw\" is not the name of a file beside it";
@@ -293,6 +428,9 @@ void atlas_free(struct atlas *atlas)
     free(atlas->regions);
     free(atlas->profiles);
     free(atlas->spreads);
+    for (int t = 0; t < FUSION_MAX_TEMPLATES; ++t) {
+        fusion_template_free(&atlas->templates[t]);
+    }
     memset(atlas, 0, sizeof *atlas);
 }
 

@@ -1,6 +1,13 @@
 /* segment.c - finds an atlas's object in an image (paper, section 5.6, Figs. 17 and 18).
  *
  * start    the mean shape, placed by a coarse search
+ *
+ * With an atlas that has its subjects' images (fusion.h):
+ * registration  the atlas's vertices, brought from its templates
+ * fusion        where the subjects' votes say so
+ * springls      the registered shape becomes springls, which the fused probability moves
+ *
+ * Else, or with --fit profiles:
  * pose     rotation, translation and scale refined
  * modes    the weights of the first modes refined
  * springls the shape becomes springls: gradient vector flow and intensity pressure move them, within a leash around the shape;
@@ -26,17 +33,25 @@ static const float speed = 0.5f, rest_share = 0.02f, rest_speed = 0.05f; /* the 
 /* ---- forces ---- */
 
 /* The forces on the springls, sampled on cubes around the shape. */
-struct field {
+struct push {
     struct volume pressure; /* -1 .. 1, outward positive */
     struct gvf flow;
     float gvf_weight;
 };
 
-/* Makes cubes as large as the image's voxels, or larger so that at most MAX_CELLS lie along the longest side of the shape. */
+/* Returns the side of the cubes: a voxel of the image, or larger so that at most MAX_CELLS lie along the shape's longest side.
+ * Half a voxel for fused probabilities: they are sampled between voxels, and linear interpolation on cubes of a whole voxel
+ * would once more take volume from what is convex. */
+static float choose_side(const struct atlas_segment *run, float longest)
+{
+    const float *spacing = run->image.spacing, voxel = cbrtf(spacing[0] * spacing[1] * spacing[2]);
+    return fmaxf(run->fused ? 0.5f * voxel : voxel, longest / (float)MAX_CELLS);
+}
+
+/* Makes cubes around the shape. */
 static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
 {
-    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
-    const float *spacing = run->image.spacing;
+    const struct shape_mesh *mesh = &run->stages[run->begin];
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, longest = 0.0f;
     int dims[3];
     for (int i = 0; i < 3 * mesh->vertex_count; ++i) {
@@ -46,8 +61,7 @@ static bool create_cubes(const struct atlas_segment *run, float leash, struct vo
     for (int a = 0; a < 3; ++a) {
         longest = fmaxf(longest, hi[a] - lo[a]);
     }
-    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MAX_CELLS),
-                margin = leash + 4.0f * side;
+    const float side = choose_side(run, longest), margin = leash + 4.0f * side;
     const float sides[3] = {side, side, side};
     for (int a = 0; a < 3; ++a) {
         lo[a] -= margin;
@@ -68,21 +82,28 @@ static float pressure_at(const struct atlas_segment *run, const struct target *s
     return inside * (1.0f - q * q) - q * fabsf(q);
 }
 
-static void field_free(struct field *field)
+static void push_free(struct push *field)
 {
     volume_free(&field->pressure);
     gvf_free(&field->flow);
 }
 
-/* Returns the leash in mm: twice what the modes cannot represent, but at least a part of the shape's size. */
+/* Returns the leash in mm: twice what the modes cannot represent, but at least a part of the shape's size. Fused probabilities
+ * need no leash, only cubes that are large enough. */
 static double choose_leash(const struct atlas_segment *run, double radius)
 {
-    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalization, 0.05 * radius);
+    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalization, (run->fused ? 0.25 : 0.05) * radius);
 }
 
-static bool field_create(const struct atlas_segment *run, struct field *field)
+/* Returns the fused probability as a pressure: full from a quarter above or below the level. */
+static float fused_pressure(const struct atlas_segment *run, const float place[3])
 {
-    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
+    return fmaxf(-1.0f, fminf(1.0f, 4.0f * atlas_fused_at(run, place)));
+}
+
+static bool push_create(const struct atlas_segment *run, struct push *field)
+{
+    const struct shape_mesh *mesh = &run->stages[run->begin];
     const size_t vertices = (size_t)mesh->vertex_count;
     struct target shape;
     memset(field, 0, sizeof *field);
@@ -102,13 +123,13 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
                 const float index[3] = {(float)i, (float)j, (float)k};
                 float place[3];
                 volume_index_to_world(cubes, index, place);
-                *out++ = pressure_at(run, &shape, place, leash);
+                *out++ = run->fused ? fused_pressure(run, place) : pressure_at(run, &shape, place, leash);
             }
         }
     }
-    field->gvf_weight = (float)run->settings.gvf;
+    field->gvf_weight = run->fused ? 0.0f : (float)run->settings.gvf;
     good = good &&
-           (run->settings.gvf <= 0.0 || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());
+           (field->gvf_weight <= 0.0f || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());
     target_free(&shape);
     return good;
 }
@@ -116,7 +137,7 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
 /* Takes the flow's component along the normal: the tangential one would carry springls away from their places. */
 static void flow_along_normal(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
-    const struct field *field = user;
+    const struct push *field = user;
     (void)time;
     for (int i = 0; i < count; ++i) { /* model and flow have the same grid */
         float v[3];
@@ -127,10 +148,10 @@ static void flow_along_normal(void *user, const float *points, const float *norm
 
 /* ---- springls ---- */
 
-/* Starts springls of about a voxel from the fitted shape. */
-static bool start_springls(struct atlas_segment *run, const struct field *field)
+/* Starts springls of about a cube from the fitted shape. */
+static bool start_springls(struct atlas_segment *run, const struct push *field)
 {
-    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
+    const struct shape_mesh *mesh = &run->stages[run->begin];
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
     const struct volume *cubes = &field->pressure;
@@ -150,7 +171,7 @@ static bool start_springls(struct atlas_segment *run, const struct field *field)
     return good;
 }
 
-static bool run_to_rest(struct atlas_segment *run, struct field *field)
+static bool run_to_rest(struct atlas_segment *run, struct push *field)
 {
     const struct atlas_segment_settings *set = &run->settings;
     springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_INTEGRATOR_EULER, .user = field};
@@ -185,7 +206,7 @@ static bool run_to_rest(struct atlas_segment *run, struct field *field)
 /* Extracts the springls' surface and the atlas region of each of its vertices. */
 static bool take_surface(struct atlas_segment *run)
 {
-    const struct shape_mesh *shape = &run->stages[ATLAS_STAGES - 2];
+    const struct shape_mesh *shape = &run->stages[run->begin];
     const struct similarity identity = similarity_identity();
     struct target origin;
     springls_mesh surface;
@@ -210,23 +231,75 @@ static bool take_surface(struct atlas_segment *run)
     return good;
 }
 
-static bool run_springls(struct atlas_segment *run)
-{
-    struct field field;
-    const bool good = field_create(run, &field) && start_springls(run, &field) && run_to_rest(run, &field) && take_surface(run);
-    field_free(&field);
-    return good;
-}
-
 /* ---- stages ---- */
 
+static bool end_stage(struct atlas_segment *run, int stage, const char *name, double begin)
+{
+    run->results[stage].name = name;
+    run->results[stage].seconds = elapsed_seconds() - begin;
+    return true;
+}
+
+/* Ends a stage whose result is a shape of the atlas. */
 static bool keep_stage(struct atlas_segment *run, int stage, const char *name, double begin)
 {
     const struct shape_mesh *mean = &run->atlas.mean;
-    run->results[stage].name = name;
-    run->results[stage].seconds = elapsed_seconds() - begin;
-    return stage == ATLAS_STAGES - 1
-        || atlas_mesh_copy(run->placing.shape, mean->vertex_count, mean->triangles, mean->triangle_count, &run->stages[stage]);
+    return atlas_mesh_copy(run->placing.shape, mean->vertex_count, mean->triangles, mean->triangle_count, &run->stages[stage])
+        && end_stage(run, stage, name, begin);
+}
+
+/* Fits pose and modes by the intensities along the normals. */
+static bool fit_profiles(struct atlas_segment *run, double begin)
+{
+    run->begin = 2;
+    return atlas_place_refine(&run->view, 0, &run->placing) && keep_stage(run, 1, "pose", begin)
+        && atlas_place_refine(&run->view, run->settings.modes, &run->placing) && keep_stage(run, 2, "modes", begin);
+}
+
+/* Extracts the surface where the fused probability is at its level. */
+static bool fused_surface(const struct push *field, struct shape_mesh *mesh)
+{
+    springls_context *ctx = NULL;
+    springls_mesh surface;
+    springls_desc desc;
+    memset(&surface, 0, sizeof surface);
+    memset(&desc, 0, sizeof desc);
+    const struct volume *cubes = &field->pressure;
+    desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
+    bool good = springls_create(&desc, &ctx) == SPRINGLS_OK || atlas_fail("no grid of this size");
+    if (good) {
+        good = atlas_check(ctx, springls_set_threshold(ctx, cubes->data, 0.0f, 2.0f), "fusion")
+            && atlas_check(ctx, springls_extract_mesh(ctx, &surface), "fusion")
+            && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, mesh);
+        springls_mesh_free(ctx, &surface);
+    }
+    springls_destroy(ctx);
+    return good;
+}
+
+/* Finds where the atlas lies: nearly where it lies on a template, as in images of one protocol, or by a search. */
+static bool start(struct atlas_segment *run, double begin)
+{
+    return ((run->fused && atlas_lies_near(run)) || atlas_place_start(&run->view, &run->placing)) && keep_stage(run, 0, "start", begin);
+}
+
+/* Registers the image to the templates and lets the atlas's subjects vote. */
+static bool fit_subjects(struct atlas_segment *run, double begin)
+{
+    run->begin = 1;
+    return atlas_fuse(run, run->placing.shape) && keep_stage(run, 1, "registration", begin);
+}
+
+/* Samples the forces, from which fusion's surface follows too, and runs the springls from the shape that was fitted. */
+static bool run_springls(struct atlas_segment *run, double begin)
+{
+    struct push field;
+    const bool good = push_create(run, &field)
+                   && (!run->fused || (fused_surface(&field, &run->stages[2]) && end_stage(run, 2, "fusion", begin)))
+                   && start_springls(run, &field) && run_to_rest(run, &field) && take_surface(run)
+                   && end_stage(run, 3, "springls", begin);
+    push_free(&field);
+    return good;
 }
 
 static void choose_window(struct atlas_segment *run)
@@ -307,7 +380,9 @@ static bool compare(struct atlas_segment *run)
         struct surface_distances distances;
         const struct surface found = atlas_surface(&run->stages[s], NULL);
         good = fill_mask(&run->reference, &run->params, &run->stages[s], mask);
-        result->dice = overlap_masks(mask, truth, voxels).dice;
+        const struct overlap overlap = overlap_masks(mask, truth, voxels);
+        result->dice = overlap.dice;
+        result->volume_ratio = (double)overlap.a / (double)overlap.b;
         result->compared = good && surface_distances_measure(&found, &reference, 20000, 1.0, &distances);
         if (result->compared) {
             result->mean_distance = distances.assd;
@@ -319,30 +394,38 @@ static bool compare(struct atlas_segment *run)
     return good;
 }
 
-bool atlas_segment_run(struct atlas_segment *run)
+bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     char error[VOLUME_TEXT];
-    if (!atlas_read(set->atlas, &run->atlas) || (set->beside && !atlas_read_without(set->beside, &run->without))) {
-        return false;
-    }
     if (!volume_read(set->image, set->frame, &run->image, error)) {
         return atlas_fail("%s", error);
     }
     choose_window(run);
+    run->fused = run->atlas.template_count > 0 && isnan(set->level) && !set->windowed
+              && !(set->fit && strcmp(set->fit, "profiles") == 0);
     const double begin = elapsed_seconds();
-    const bool good = atlas_place_start(&run->view, &run->placing) && keep_stage(run, 0, "start", begin)
-                   && atlas_place_refine(&run->view, 0, &run->placing) && keep_stage(run, 1, "pose", begin)
-                   && atlas_place_refine(&run->view, set->modes, &run->placing) && keep_stage(run, 2, "modes", begin)
-                   && run_springls(run) && keep_stage(run, 3, "springls", begin);
+    const bool good = start(run, begin) && (run->fused ? fit_subjects(run, begin) : fit_profiles(run, begin))
+                   && run_springls(run, begin);
     run->seconds = elapsed_seconds() - begin;
     return good && (!set->reference || compare(run));
+}
+
+bool atlas_segment_run(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    return atlas_read(set->atlas, &run->atlas) && (!set->beside || atlas_read_without(set->beside, &run->without))
+        && atlas_segment_image(run);
 }
 
 void atlas_segment_free(struct atlas_segment *run)
 {
     for (int s = 0; s < ATLAS_STAGES; ++s) {
         atlas_mesh_free(&run->stages[s]);
+    }
+    for (int t = 0; t < FUSION_MAX_TEMPLATES; ++t) {
+        registration_free(&run->maps[t].registration);
+        free(run->probabilities[t]);
     }
     atlas_mesh_free(&run->truth);
     atlas_free(&run->atlas);

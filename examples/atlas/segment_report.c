@@ -21,6 +21,9 @@ static void print_stage(const struct atlas_stage *stage)
     if (stage->compared) {
         printf("   Dice %.4f, mean surface distance %.3f mm, HD95 %.3f mm", stage->dice, stage->mean_distance, stage->hd95);
     }
+    if (stage->compared && stage->volume_ratio > 0.0) {
+        printf(", volume ratio %.3f", stage->volume_ratio);
+    }
     putchar('\n');
 }
 
@@ -44,6 +47,7 @@ static void report_stage(struct json_writer *json, const char *key, const struct
     json_number(json, "seconds", stage->seconds);
     json_number(json, "dice", stage->compared ? stage->dice : none);
     json_number(json, "mean_distance_mm", stage->compared ? stage->mean_distance : none);
+    json_number(json, "volume_ratio", stage->compared && stage->volume_ratio > 0.0 ? stage->volume_ratio : none);
     json_number(json, "hd95_mm", stage->compared ? stage->hd95 : none);
     json_object_end(json);
 }
@@ -60,6 +64,7 @@ static bool report(const struct atlas_segment *run, const char *path)
     json_string(&json, "image", set->image);
     json_string(&json, "atlas", set->atlas);
     json_string(&json, "params", set->common.params);
+    json_string(&json, "fit", run->fused ? "fusion" : "profiles");
     json_string(&json, "intensities", run->view.learned ? "learned" : "window");
     if (!run->view.learned) {
         json_number(&json, "window_low", (double)run->view.low);
@@ -102,7 +107,7 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
     bool good = true;
     for (int s = 0; good && s < count; ++s) {
         const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
-        const int *regions = s == ATLAS_STAGES ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
+        const int *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
         float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
         if (colors && regions) {
             colors_by_region(regions, mesh->vertex_count, colors);
@@ -186,7 +191,7 @@ static bool write_volumes(const struct atlas_segment *run, const char *folder)
     float *masks = malloc(2 * voxels * sizeof *masks);
     bool good = (mask && masks) || atlas_no_memory();
     for (int s = 0; good && s < 2; ++s) {
-        good = atlas_segment_mask(run, ATLAS_STAGES - 2 + s, &run->image, mask);
+        good = atlas_segment_mask(run, s == 0 ? run->begin : ATLAS_STAGES - 1, &run->image, mask);
         for (size_t n = 0; good && n < voxels; ++n) {
             masks[(size_t)s * voxels + n] = -(float)mask[n];
         }

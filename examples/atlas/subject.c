@@ -93,8 +93,7 @@ static bool is_wanted(float value, const int *labels, int count)
     return wanted;
 }
 
-/* Copies the `dims` voxels of a volume that begin at voxel `lo`, in the same world places. */
-static bool crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part)
+bool atlas_crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part)
 {
     const float origin_index[3] = {(float)lo[0], (float)lo[1], (float)lo[2]};
     if (!volume_create(dims, from->spacing, from->origin, part)) {
@@ -145,7 +144,7 @@ static bool crop_labels(const struct volume *all, const int *labels, int count, 
         lo[a] -= MARGIN;
         dims[a] = hi[a] - lo[a] + 1 + MARGIN;
     }
-    if (!crop(all, lo, dims, part)) {
+    if (!atlas_crop(all, lo, dims, part)) {
         return false;
     }
     for (size_t n = 0; n < volume_voxels(part); ++n) {
@@ -259,7 +258,7 @@ static bool is_mesh_name(const char *path)
     return false;
 }
 
-static bool read_mesh(const char *path, bool mirror, struct atlas_subject *subject)
+static bool read_mesh(const char *path, bool mirror, float *middle, struct atlas_subject *subject)
 {
     struct mesh mesh;
     char error[MESH_TEXT];
@@ -275,7 +274,8 @@ static bool read_mesh(const char *path, bool mirror, struct atlas_subject *subje
             lo = fminf(lo, subject->mesh.positions[3 * v]);
             hi = fmaxf(hi, subject->mesh.positions[3 * v]);
         }
-        mirror_mesh(&subject->mesh, 0.5f * (lo + hi));
+        *middle = 0.5f * (lo + hi);
+        mirror_mesh(&subject->mesh, *middle);
     }
     return good;
 }
@@ -297,7 +297,7 @@ static bool read_image(const char *folder, const char *path, struct atlas_subjec
     return volume_read(image, 0, &subject->image, error) || atlas_fail("%s", error);
 }
 
-static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror,
+static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror, float *about,
                            struct atlas_subject *subject)
 {
     struct volume all;
@@ -313,6 +313,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
              && mask_surface(&subject->labels, subject->name, &subject->mesh)
              && (!images || read_image(images, path, subject));
     volume_free(&all);
+    *about = middle[0];
     if (good && mirror) {
         mirror_volume(&subject->labels, middle[0]);
         mirror_mesh(&subject->mesh, middle[0]);
@@ -324,8 +325,8 @@ static bool read_label_map(const char *path, const int *labels, int count, const
     return good;
 }
 
-/* Reads the lines x,y,z of FOLDER/NAME.csv for a file .../NAME.anything. */
-static bool read_landmarks(const char *folder, const char *path, struct atlas_subject *subject)
+/* Reads the lines x,y,z of FOLDER/NAME.csv for a file .../NAME.anything, and reflects them with their subject. */
+static bool read_landmarks(const char *folder, const char *path, bool mirror, float middle, struct atlas_subject *subject)
 {
     char name[4096], line[256];
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
@@ -338,6 +339,7 @@ static bool read_landmarks(const char *folder, const char *path, struct atlas_su
         char rest;
         good = subject->landmark_count < ATLAS_MAX_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
             && isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
+        x[0] = mirror ? 2.0f * middle - x[0] : x[0];
         subject->landmark_count += good;
     }
     if (file) {
@@ -350,6 +352,7 @@ bool atlas_subject_read(const char *name, const char *images, const char *landma
 {
     char path[1024];
     int labels[ATLAS_MAX_LABELS], count = 0;
+    float middle = 0.0f; /* of what is mirrored */
     memset(subject, 0, sizeof *subject);
     subject->name = name;
     if (strncmp(name, mirror_prefix, strlen(mirror_prefix)) == 0) {
@@ -367,9 +370,10 @@ bool atlas_subject_read(const char *name, const char *images, const char *landma
     if (is_mesh && colon) {
         return atlas_fail("%s: a mesh has no labels", name);
     }
-    const bool good = is_mesh ? read_mesh(path, mirror, subject) : read_label_map(path, labels, count, images, mirror, subject);
+    const bool good = is_mesh ? read_mesh(path, mirror, &middle, subject)
+                              : read_label_map(path, labels, count, images, mirror, &middle, subject);
     const struct shape_mesh *mesh = &subject->mesh;
-    return good && (!landmarks || read_landmarks(landmarks, path, subject)) &&
+    return good && (!landmarks || read_landmarks(landmarks, path, mirror, middle, subject)) &&
            (target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count,
                           &subject->target) ||
             atlas_fail("%s: no triangle has an area, or memory is short", name));

@@ -120,14 +120,15 @@ class Model:
     """A deformable surface on a grid of `size` voxels.
 
     size: three numbers of voxels. spacing, origin: world units, one number or three. direction: 3x3, its columns are the axes
-    of the grid. affine: 4x4 as nibabel has it, instead of these three. params: springls.params(...); other keywords change
-    members of it. As many threads as OpenMP is given work on it, and change no bit of the results.
+    of the grid. affine: 4x4 as nibabel has it, instead of these three. follow: the grid is a window that moves with the model
+    (`window_offset`). params: springls.params(...); other keywords change members of it. As many threads as OpenMP is given work
+    on it, and change no bit of the results.
 
     >>> Model((32, 32, 32), spacing=0.5, keep_edges=0).count
     0
     """
 
-    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, params=None, **members):
+    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, follow=False, params=None, **members):
         if affine is not None:
             affine = _array(affine, float, (4, 4), name='affine')
             spacing = np.linalg.norm(affine[:3, :3], axis=0)
@@ -138,6 +139,7 @@ class Model:
         desc.grid.spacing = np.broadcast_to(spacing, 3).tolist()
         desc.grid.origin = np.broadcast_to(origin, 3).tolist()
         desc.grid.direction = np.zeros(9).tolist() if direction is None else np.ravel(direction).tolist()
+        desc.follow = bool(follow)
         chosen = _ffi.new('springls_params *', params or _lib.springls_default_params())
         _fill(chosen, members)
         desc.params = chosen
@@ -163,6 +165,21 @@ class Model:
             raise RuntimeError('a function that the model calls cannot use the model')
         return self._handle
 
+    @property
+    def window_offset(self):
+        """How many voxels the grid has moved from where `origin` placed it: zeros without `follow`.
+
+        >>> model = Model((32, 32, 32), follow=True)
+        >>> model.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 6)
+        >>> for _ in range(12): model.step(dt=1, velocity=lambda points, time: np.full_like(points, (1, 0, 0)))
+        >>> offset = model.window_offset
+        >>> offset[0] > 0 and offset[0] % 8 == 0 and offset[1:] == (0, 0)
+        True
+        """
+        offset = _ffi.new('int[3]')
+        _lib.springls_window_offset(self._ctx, offset)
+        return tuple(offset)
+
     def _check(self, status):
         if status != _lib.SPRINGLS_OK:
             raise Error(status, _ffi.string(_lib.springls_last_error(self._ctx)).decode())
@@ -187,7 +204,14 @@ class Model:
         return report
 
     def set_level_set(self, phi):
-        """Sets the model from a volume whose zero level is the surface, negative inside."""
+        """Sets the model from a volume whose zero level is the surface, negative inside.
+
+        >>> x, y, z = np.indices((32, 32, 32)) - 16.0
+        >>> model = Model((32, 32, 32))
+        >>> model.set_level_set(np.sqrt(x ** 2 + y ** 2 + z ** 2) - 8)
+        >>> abs(model.level_set()[16, 16, 23] + 1) < 0.01
+        True
+        """
         self._check(_lib.springls_set_level_set(self._ctx, _pointer(_array(phi, 'f4', self.size, 'F', 'phi'))))
 
     def set_labels(self, labels, label=-1):
@@ -223,6 +247,13 @@ class Model:
         functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
         'elastic' or 'advect_only'. An exception in a function ends the step and is raised again.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> field = np.zeros((32, 32, 32, 3), 'f4'); field[..., 0] = 0.5
+        >>> ball.step(dt=4, velocity_field=field)
+        >>> ball.extract_mesh().positions.mean(axis=0).round(1).tolist()
+        [18.0, 16.0, 16.0]
         """
         self._drive(_lib.springls_step, **_without(locals(), 'self'))
 
@@ -339,12 +370,26 @@ class Model:
         return SimpleNamespace(**columns)
 
     def closest(self, points, soup=False):
-        """Finds the closest place of the surface to world points. Arrays named as the members of springls_hit."""
+        """Finds the closest place of the surface to world points. Arrays named as the members of springls_hit.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> hit = ball.closest([(16, 16, 30), (4, 16, 16)])
+        >>> hit.distance.round(1).tolist(), hit.point.round(1).tolist()
+        ([6.0, 4.0], [[16.0, 16.0, 24.0], [8.0, 16.0, 16.0]])
+        """
         points = _array(points, 'f4', (-1, 3), name='points')
         return self._hits(len(points), lambda hits: _lib.springls_closest(self._ctx, int(soup), _pointer(points), len(points), hits))
 
     def raycast(self, origins, directions, max_distance=0, soup=False):
-        """Finds the first place along rays within max_distance (0: any). Members as for `closest`; springl is -1 where nothing is hit."""
+        """Finds the first place along rays within max_distance (0: any). Members as for `closest`; springl is -1 where nothing is hit.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> hit = ball.raycast([(16, 16, 0), (0, 0, 0)], [(0, 0, 1), (0, 0, 1)])
+        >>> hit.point[0].round(1).tolist(), (hit.springl >= 0).tolist()
+        ([16.0, 16.0, 8.0], [True, False])
+        """
         origins = _array(origins, 'f4', (-1, 3), name='origins')
         directions = _array(directions, 'f4', origins.shape, name='directions')
         return self._hits(len(origins), lambda hits: _lib.springls_raycast(self._ctx, int(soup), _pointer(origins), _pointer(directions),
@@ -376,7 +421,15 @@ class Model:
         return index
 
     def attribute(self, name):
-        """Returns the values of an attribute, (n, channels)."""
+        """Returns the values of an attribute, (n, channels).
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.add_attribute('height', ball.particles()[:, 2])
+        >>> ball.step(dt=4, velocity=lambda points, time: np.full_like(points, 0.5))
+        >>> bool(abs(ball.attribute('height')[:, 0] + 2 - ball.particles()[:, 2]).max() < 0.5)
+        True
+        """
         index, desc = self._index(name), _ffi.new('springls_attribute_desc *')
         self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
         return self._rows(_lib.springls_view_attribute(self._ctx, index), (desc.channels,), True)

@@ -178,6 +178,12 @@ static void report_object(const struct segment *run, const struct segment_result
     json_number(json, "area_mm2", result->measures.area);
     json_integer(json, "components", result->measures.components);
     json_integer(json, "euler", result->measures.euler);
+    json_number(json, "coverage_min", result->coverage.least.area);
+    json_number(json, "coverage_mean", result->coverage.mean.area);
+    json_number(json, "coverage_max", result->coverage.most.area);
+    json_number(json, "covered_min", result->coverage.least.covered);
+    json_number(json, "covered_mean", result->coverage.mean.covered);
+    json_number(json, "covered_twice_max", result->coverage.most.covered_twice);
     json_number(json, "seconds", result->seconds);
     if (run->truth) {
         const struct surface_distances *d = &result->distances;

@@ -72,6 +72,9 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
     if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
         return false;
     }
+    if (!coverage_add(run->ctx, &result->coverage)) {
+        return segment_no_memory();
+    }
     result->at_rest = segment_at_rest(result->moving, now.volume, volume);
     return true;
 }

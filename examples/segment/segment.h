@@ -9,6 +9,7 @@
 #include "imaging/overlap.h"
 #include "imaging/volume.h"
 #include "springls.h"
+#include "springls/coverage.h"
 #include "springls/model_pictures.h"
 #include "surface/surface_distances.h"
 
@@ -51,6 +52,7 @@ struct segment_result {
     float moving;            /* share of springls that still moved at the end */
     double seconds;
     springls_measures measures;
+    struct coverage_range coverage; /* at every tenth step */
     struct overlap overlap;
     struct surface_distances distances;
     bool has_distances;

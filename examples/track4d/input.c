@@ -375,6 +375,9 @@ bool track_read(struct track *track)
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;
     volume_free(&labels);
+    if (track->image.frame_axes > 1) {
+        return track_fail("%s: %d-D: a sequence has one dimension beside space", set->image, 3 + track->image.frame_axes);
+    }
     if (set->second) {
         track->frame_count = 2;
         track->labelled = 1;

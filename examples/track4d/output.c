@@ -329,6 +329,7 @@ static void report_frame(struct json_writer *json, const struct track *track, in
     json_integer(json, "springls_kept", frame->kept);
     json_number(json, "off_surface", frame->off_surface);
     json_number(json, "jacobian_min", frame->jacobian_min);
+    json_integer(json, "folded_voxels", (int64_t)frame->folded);
     if (frame->has_label) {
         json_number(json, "label_ml", frame->label_ml);
         json_number(json, "dice", frame->dice);
@@ -461,6 +462,9 @@ void track_print(const struct track *track)
         printf("frame %2d: %7.1f ml, kept %d, off %.1f %%, Jacobian %.3f", f, frame->volume_ml, frame->kept,
                100.0 * frame->off_surface,
                frame->jacobian_min);
+        if (frame->folded > 0) {
+            printf(", the map folds at %zu voxels", frame->folded);
+        }
         if (frame->has_label) {
             printf(", Dice %.4f (field %.4f)", frame->dice, frame->field_dice);
         }

@@ -213,13 +213,13 @@ static bool compare_springls(struct track *track, const uint32_t *before, int co
     return good;
 }
 
-static bool min_jacobian(const struct track_motion *motion, double *minimum)
+static bool measure_jacobian(const struct track_motion *motion, struct track_frame *frame)
 {
     float *determinants = malloc(volume_voxels(&motion->forward.grid) * sizeof *determinants);
     if (!determinants) {
         return track_no_memory();
     }
-    *minimum = (double)field_jacobian(&motion->forward, determinants);
+    frame->jacobian_min = (double)field_jacobian(&motion->forward, determinants, &frame->folded);
     free(determinants);
     return true;
 }
@@ -246,7 +246,7 @@ static bool do_frame(struct track *track, int f, const struct track_motion *moti
     frame->model_seconds = elapsed_seconds() - begin;
     good = good && track_vertices(track, frame->vertices) && compare_springls(track, before, count, frame)
            && track_check(track->ctx, springls_measure(track->ctx, &measures), "measures") && copy_distance(track, distance)
-           && compare_labels(track, f, motion, distance, frame) && (!motion || min_jacobian(motion, &frame->jacobian_min));
+           && compare_labels(track, f, motion, distance, frame) && (!motion || measure_jacobian(motion, frame));
     if (good) {
         frame->volume_ml = measures.volume / 1000.0;
         frame->area_cm2 = measures.area / 100.0;

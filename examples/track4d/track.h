@@ -37,6 +37,7 @@ struct track_frame {
     bool done, has_label;
     double registration_seconds, model_seconds;
     double jacobian_min;
+    size_t folded;             /* voxels at which the frame's map folds */
     double volume_ml, area_cm2, label_ml;
     int components, euler;
     int kept;                /* springls that still exist with the reference's identity, at their index */

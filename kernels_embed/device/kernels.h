@@ -25,6 +25,7 @@
 #include "../stages/track.h"
 #include "../stages/unsigned_distance.h"
 #include "../stages/unsigned_to_signed.h"
+#include "../stages/window.h"
 #include "../stages/write.h"
 #include "../output/isosurface.h"
 
@@ -51,6 +52,7 @@
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
     X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
+    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \
     X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
     X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
@@ -72,6 +74,8 @@
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
     X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
+    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \
+    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \
     X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 

@@ -82,7 +82,7 @@ typedef struct springls_params {
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
     int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
-    float min_component;     /* voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay      */
+    float min_component;     /* 0..16 voxel^3: smaller bodies and bubbles of phi are joined or removed; 0: all stay */
     springls_topology topology;
     springls_contact contact; /* MERGE: bodies that touch become one, as in the paper; SEPARATE: they stay two      */
 

@@ -17,6 +17,9 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
+/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */
+typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;
+
 /* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
 typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
 
@@ -44,9 +47,9 @@ typedef struct springls__overlap_arguments { float max_displacement; } springls_
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
-   left. */
-typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which
+   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */
+typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
 typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
@@ -76,6 +79,7 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
+    springls__reach_arguments reach;
     springls__relax_arguments relax;
     springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;

@@ -12,13 +12,14 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
+    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */
+    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */
     uint32_t next, end;
-    int large;
 } springls__cell_walk;
 
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
@@ -37,36 +38,52 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.x = walk.lo[0];
     walk.y = walk.lo[1];
     walk.z = walk.lo[2];
+    walk.slot = walk.first = walk.last = 0;
+    walk.ids = model->cells.ids;
     walk.next = walk.end = 0;
-    walk.large = 0;
     return walk;
+}
+
+/* Goes on to the next row; returns false at the end. */
+SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    SPRINGLS__GLOBAL const uint32_t *cell;
+    int last, row;
+    if (walk->z > walk->hi[2]) {
+        if (walk->slot < 0) return false;
+        walk->slot = -1;
+        walk->ids = walk->cells->large;
+        walk->next = 0;
+        walk->end = (uint32_t)walk->cells->large_count;
+        return true;
+    }
+    last = springls__imin(walk->x | 7, walk->hi[0]);
+    row = springls__cell_in_brick(0, walk->y, walk->z);
+    walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
+    walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
+    walk->last = row + (last & 7) / SPRINGLS__CELL;
+    cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;
+    walk->next = cell[walk->first];
+    walk->end = cell[walk->last + 1];
+    walk->x = last + 1;
+    if (walk->x > walk->hi[0]) {
+        walk->x = walk->lo[0];
+        walk->y += SPRINGLS__CELL;
+        if (walk->y > walk->hi[1]) {
+            walk->y = walk->lo[1];
+            walk->z += SPRINGLS__CELL;
+        }
+    }
+    return true;
 }
 
 /* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
-    while (walk->next == walk->end) {
-        const springls__grid *g = walk->g;
-        SPRINGLS__GLOBAL const uint32_t *cell;
-        int last;
-        if (walk->z > walk->hi[2]) {
-            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
-        }
-        last = springls__imin(walk->x | 7, walk->hi[0]);
-        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
-        walk->x = last + 1;
-        if (walk->x > walk->hi[0]) {
-            walk->x = walk->lo[0];
-            walk->y += SPRINGLS__CELL;
-            if (walk->y > walk->hi[1]) {
-                walk->y = walk->lo[1];
-                walk->z += SPRINGLS__CELL;
-            }
-        }
-    }
-    return (int)walk->cells->ids[walk->next++];
+    while (walk->next == walk->end)
+        if (!springls__cell_walk_row(walk)) return -1;
+    return (int)walk->ids[walk->next++];
 }
 
 /* Begins a walk over at least all springls whose particle lies within r of x. */

@@ -194,42 +194,69 @@ SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int
            || origin[2] + 9 > g->size[2];
 }
 
-/* Copies a row of eight voxels. */
+/* Copies a row of eight voxels into a tile. */
 SPRINGLS__MATHS void springls__copy_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__LOCAL float *to)
 {
     int x;
     for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
 }
 
-/* Loads the row of a tile at (y, z), voxels of the domain. */
+/* Copies a row of eight voxels within the model. */
+SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from, SPRINGLS__GLOBAL float *to)
+{
+    int x;
+    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
+}
+
+/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
     if (border) {
-        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
+            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + 1);
-        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+        SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
+        SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
+        for (x = 0; x < margin; x++) out[x] = before[x];
+        springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + margin);
+        for (x = 0; x < margin; x++) out[margin + SPRINGLS__BRICK + x] = behind[x];
     }
 }
 
-/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
+/* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */
+SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                         bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
+{
+    const int width = SPRINGLS__BRICK + 2 * margin;
+    int row = group.item, y = row, z = 0;
+    SPRINGLS__BARRIER; /* other items may still read the old values */
+    for (; row < width * width; row += group.items, y += group.items) {
+        for (; y >= width; y -= width) z++;
+        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);
+    }
+    SPRINGLS__BARRIER;
+}
+
+/* Loads the tile of a slot. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row;
-    bool border;
+    int o[3];
     springls__slot_origin(g, slot, o);
-    border = springls__tile_at_border(g, o);
-    SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
-        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
-                                tile + SPRINGLS__TILE * row);
-    SPRINGLS__BARRIER;
+    springls__load_rows(g, field, o, springls__tile_at_border(g, o), 1, group, tile);
+}
+
+/* Returns which voxels of a row of a tile are inside, as bits. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)(row[x] < 0.0f) << x;
+    return signs;
 }
 
 /* Voxels of a row and their six neighbours, one voxel a lane. */
@@ -288,35 +315,20 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,
-   which loads nothing. */
+/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
-    int x, row;
+    int axis;
     bool border = false;
     tile->g = g;
     tile->field = field;
-    for (x = 0; x < 3; x++) {
-        tile->origin[x] = origin[x];
-        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    for (axis = 0; axis < 3; axis++) {
+        tile->origin[axis] = origin[axis];
+        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];
     }
-    SPRINGLS__BARRIER;
-    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {
-        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;
-        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
-            springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, out + m);
-            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-        }
-    }
-    SPRINGLS__BARRIER;
+    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);
 }
 
 /* Interpolates at x, in voxels from the brick's first one, trilinear. */
@@ -469,10 +481,10 @@ SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row, v;
+    int row;
     if (!g->some_asleep || g->awake[g->active[i]]) return false;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) g->phi_next[first + (size_t)v] = g->phi[first + (size_t)v];
+        springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;
 }
 

@@ -67,9 +67,13 @@ SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int o
     uint32_t sectors = 0u;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2);
-        if (u * u + v * v < 1e-6f || !springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        springls__v3 d;
+        float u, v;
+        if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;
+        d = springls__sub(model->set.s[other].p, x);
+        u = springls__dot(d, gaps.e1);
+        v = springls__dot(d, gaps.e2);
+        if (u * u + v * v < 1e-6f) continue;
         sectors |= springls__sector(u, v);
         if (springls__sectors_close(sectors)) return true;
     }

@@ -17,6 +17,9 @@
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    /* window */                                                                                                                 \
+    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \
+    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -29,6 +32,7 @@
     X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
     X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
     X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
+    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \
     /* fill_gaps: from springls */                                                                                               \
     X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
     X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \

@@ -92,15 +92,6 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
     return own;
 }
 
-/* Returns which voxels of a row of a tile are inside, as bits. */
-SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
-{
-    uint32_t signs = 0u;
-    int x;
-    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
-    return signs;
-}
-
 /* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
 SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
 {

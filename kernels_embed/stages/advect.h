@@ -99,6 +99,7 @@ typedef struct springls__force_rule {
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
+    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY

@@ -112,10 +112,11 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *mod
     const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
     const float *n = rule->flow_numbers;
     SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(x, n[0], rule->flow_amplitude[k]);
+    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, x, k, false);
+        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
     if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
     if (rule->velocity.channels == 0) return out;
     return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);

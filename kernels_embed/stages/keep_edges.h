@@ -67,8 +67,54 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
     return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
-/* A direction, and the weight of the springls that face it. */
-typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
+#define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */
+
+/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:
+   the mean direction (x, y, z), and their weight. */
+typedef struct springls__directions {
+    springls__v3 n[SPRINGLS__DIRECTIONS];
+    float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];
+    int count;
+} springls__directions;
+
+/* Finds the mean directions of the springls that face like numbers i, i + 1, ..., one a lane, and their weights. */
+SPRINGLS__MATHS void springls__find_support(springls__directions *directions, int i, const springls__v3 *n, const float *weight,
+                                            int count)
+{
+    springls__vec3 facing = springls__vec_load_v3(directions->x + i, directions->y + i, directions->z + i), sum;
+    springls__vec total = springls__vec_broadcast(0.0f), none = total;
+    int j;
+    sum = springls__vec_v3_make(none, none, none);
+    for (j = 0; j < count; j++) {
+        springls__vec3 other = springls__vec_broadcast3(n[j]);
+        springls__vmask alike = springls__vec_dot(facing, other) > SPRINGLS__TOGETHER;
+        springls__vec w = springls__vec_select(alike, springls__vec_broadcast(weight[j]), none);
+        total = total + w;
+        sum = springls__vec_mad(sum, other, w);
+    }
+    sum = springls__vec_normalize(sum);
+    springls__vec_store(directions->x + i, sum.x);
+    springls__vec_store(directions->y + i, sum.y);
+    springls__vec_store(directions->z + i, sum.z);
+    springls__vec_store(directions->weight + i, total);
+}
+
+/* Chooses directions, evenly among the springls, and finds the support of each; those behind directions->count are zero. */
+SPRINGLS__MATHS void springls__find_directions(const springls__v3 *n, const float *weight, int count,
+                                               springls__directions *directions)
+{
+    int i, stride = count / SPRINGLS__DIRECTIONS + 1;
+    directions->count = 0;
+    for (i = 0; i < SPRINGLS__DIRECTIONS; i++) {
+        springls__v3 one = i * stride < count ? n[i * stride] : springls__v3_make(0.0f, 0.0f, 0.0f);
+        directions->n[i] = one;
+        directions->x[i] = one.x;
+        directions->y[i] = one.y;
+        directions->z[i] = one.z;
+        directions->count += i * stride < count;
+    }
+    for (i = 0; i < directions->count; i += SPRINGLS__LANES) springls__find_support(directions, i, n, weight, count);
+}
 
 SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)
 {
@@ -78,34 +124,15 @@ SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, sp
     return false;
 }
 
-/* Returns the mean direction of the springls that face like number i, and their weight. */
-SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)
+/* Returns the direction with the largest weight, away from those tried before; -1: none has any. */
+SPRINGLS__MATHS int springls__next_side(const springls__v3 *tried, int tries, const springls__directions *directions)
 {
-    springls__support support;
-    int j;
-    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
-    support.weight = 0.0f;
-    for (j = 0; j < count; j++) {
-        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
-        support.weight += weight[j];
-        support.normal = springls__mad(support.normal, n[j], weight[j]);
-    }
-    support.normal = springls__normalize(support.normal);
-    return support;
-}
-
-/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */
-SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
-                                                      const float *weight, int count)
-{
-    springls__support best, support;
-    int i, stride = count / 24 + 1;
-    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
-    best.weight = 0.0f;
-    for (i = 0; i < count; i += stride) {
-        if (springls__is_tried(tried, tries, n[i])) continue;
-        support = springls__support_of(i, n, weight, count);
-        if (support.weight > best.weight) best = support;
+    float most = 0.0f;
+    int i, best = -1;
+    for (i = 0; i < directions->count; i++) {
+        if (directions->weight[i] <= most || springls__is_tried(tried, tries, directions->n[i])) continue;
+        most = directions->weight[i];
+        best = i;
     }
     return best;
 }
@@ -139,20 +166,23 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
                                                          int count, float narrow)
 {
     springls__v3 tried[SPRINGLS__TRIES];
+    springls__directions directions;
     springls__sides sides;
     float total = 0.0f;
     int i, tries = 0;
     sides.count = 0;
     for (i = 0; i < count; i++) total += weight[i];
+    springls__find_directions(n, weight, count, &directions);
     while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
-        springls__support side = springls__next_side(tried, tries, n, weight, count);
+        int d = springls__next_side(tried, tries, &directions);
         springls__strip strip;
-        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
-        tried[tries++] = side.normal;
-        strip = springls__strip_of(side.normal, p, n, weight, count);
+        springls__v3 normal;
+        if (d < 0 || directions.weight[d] < total * (1.0f / 12.0f)) break;
+        normal = tried[tries++] = springls__v3_make(directions.x[d], directions.y[d], directions.z[d]);
+        strip = springls__strip_of(normal, p, n, weight, count);
         if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
         sides.middle[sides.count] = strip.middle;
-        sides.normal[sides.count++] = side.normal;
+        sides.normal[sides.count++] = normal;
     }
     return sides;
 }
@@ -279,29 +309,29 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
     }
 }
 
-/* Fits the surface of one side about x, without springl `self`. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,
-                                                        springls__v3 x, springls__v3 a0, int self)
+/* Fits the surface of one side, facing n, about x; side_of: the side of each sample. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples,
+                                                        const int side_of[SPRINGLS__SAMPLE_SET_SIZE], int side, springls__v3 n,
+                                                        springls__v3 x, springls__v3 a0)
 {
-    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit fit = springls__fit_begin(x, n, a0);
     springls__fit_result result;
     int i;
     for (i = 0; i < samples->count; i++)
-        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
+        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
-        result.ok = 0;
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;
     return result;
 }
 
-/* Fits the surface of every side about x; returns how many fits are good. */
+/* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */
 SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
                                         springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
 {
-    int side, good = 0;
+    int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;
+    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
     for (side = 0; side < sides.count; side++) {
-        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);
+        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
         good += fit[side].ok != 0;
     }
     return good;
@@ -419,6 +449,22 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 
 /* ---- the stage: springls at a crease are found, and each is turned into its side ---- */
 
+/* Finds the cells of a slot that have springls which lay at an edge before, as bits. */
+SPRINGLS__MATHS void springls__edge_cells_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = model->grid.cell + (size_t)i * SPRINGLS__CELLS;
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    SPRINGLS__GLOBAL uint32_t *edge_cells = springls__edge_cells(model) + 2 * (size_t)i;
+    uint32_t k;
+    int c;
+    (void)args;
+    edge_cells[0] = edge_cells[1] = 0u;
+    if (i < SPRINGLS__FIRST_SLOT || model->grid.slot_brick[i] < 0) return;
+    for (c = 0; c < 64; c++)
+        for (k = cell[c]; k < cell[c + 1]; k++)
+            if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);
+}
+
 /* Notes the normal of springl i, and whether it lay at an edge before. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -427,22 +473,49 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
+/* Returns true when a neighbor of springl i faces elsewhere: it may lie at a crease. */
+SPRINGLS__MATHS bool springls__neighbor_turned(const springls__model *model, int i, float radius)
+{
+    const float turned = 0.77f; /* cosine of 40 degrees */
+    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        float along = springls__dot(normal[i], normal[other]);
+        if (along < turned && along > SPRINGLS__AWAY
+            && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
+    }
+    return false;
+}
+
+/* Returns true when a springl near springl i lay at an edge before. */
+SPRINGLS__MATHS bool springls__neighbor_at_edge(const springls__model *model, int i, float radius)
+{
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    while (springls__cell_walk_row(&walk)) {
+        if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */
+            uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];
+            if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;
+        }
+        for (; walk.next < walk.end; walk.next++) {
+            uint32_t other = walk.ids[walk.next];
+            if (before[other] && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
+        }
+    }
+    return false;
+}
+
 /* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an
    edge before. */
 SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
-    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
-    springls__v3 p = model->set.s[i].p;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool candidate = false, asleep = springls__is_asleep(model, i);
-    int other;
-    while (!candidate && !asleep && (other = springls__cell_walk_next(&walk)) >= 0) {
-        float along = springls__dot(normal[i], normal[other]);
-        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
-            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
-    }
+    const float radius = 1.5f;
+    bool candidate = false;
+    if (!springls__is_asleep(model, i))
+        candidate = args.edge.search ? springls__neighbor_turned(model, i, radius) : springls__neighbor_at_edge(model, i, radius);
     springls__edge_candidate(model)[i] = candidate;
 }
 

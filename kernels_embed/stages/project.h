@@ -73,6 +73,22 @@ SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
     return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
+/* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
+SPRINGLS__MATHS float springls__outside_on_surface(float phi)
+{
+    const float rounding = 1e-3f; /* voxel */
+    return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;
+}
+
+/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
+   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)
+{
+    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
+    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;
+    return phi < 0.0f ? -beside : beside;
+}
+
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
    old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)

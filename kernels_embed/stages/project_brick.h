@@ -144,20 +144,28 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of the voxels `first` to `last` of a row, where the nearest springl faces about the same way:
-   else it is of another sheet, which is noted in *opposed when it faces against. */
+/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of
+   another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */
+SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,
+                                                              SPRINGLS__LOCAL const float *sums,
+                                                              SPRINGLS__GLOBAL uint8_t *opposed)
+{
+    springls__vec along = springls__vec_load(sums + 8 * SPRINGLS__FACING) * n.x
+                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1)) * n.y
+                        + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2)) * n.z;
+    if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (weight > 0.0f))) *opposed = 1;
+    return springls__vec_select(along > SPRINGLS__SAME_SHEET, weight, springls__vec_broadcast(0.0f));
+}
+
+/* Adds one springl to the moments of the voxels `first` to `last` of a row, where it is of their sheet. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int first,
-                                           int last, SPRINGLS__GLOBAL uint8_t *opposed)
+                                           int last, bool one_sheet, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     int i;
     for (i = first; i <= last; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2), along;
-        along = springls__vec_load(sums + 8 * SPRINGLS__FACING + i) * s.n.x
-              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1) + i) * s.n.y
-              + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2) + i) * s.n.z;
-        if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (w > 0.0f))) *opposed = 1;
-        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__vec x = offset.x + springls__vec_from(i), w = springls__vec_project_weight(x * x + yz2);
+        if (!one_sheet) w = springls__same_sheet_weight(w, s.n, sums + i, opposed);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
         springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
@@ -181,9 +189,14 @@ SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)sp
 /* Returns the last voxel of the brick within `radius` of such a place along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
-/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
+/* What springls__reached_rows does with a springl. */
+#define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */
+#define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
+#define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
+
+/* Takes a springl into the rows of a brick that are near it. */
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
+                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -202,8 +215,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
             SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last, opposed);
+            if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);
+            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);
         }
     }
 }
@@ -246,15 +259,13 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     springls__v3 common = springls__common_facing(model, near_by);
     bool one_sheet = springls__length2(common) > 0.5f;
-    int r, k;
+    int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;
     for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
         springls__clear_row(sums + springls__sums_of_row(r), common);
-    for (r = 0; r < near_by->count && !one_sheet; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums, opposed);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums, opposed);
+    for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
+        for (r = 0; r < near_by->count; r++)
+            for (k = near_by->first[r]; k < near_by->end[r]; k++)
+                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -350,7 +361,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
     if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
-    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance)) return edge.distance;
+    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
+        return springls__on_known_side(edge.distance, phi);
     f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
@@ -360,7 +372,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
         int side = springls__side_of_bodies(model, x, args.project.max_displacement);
         if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     }
-    return edge.weight > 0.0f ? phi : springls__corrected_phi(phi, f);
+    return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
 }
 
 /* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
@@ -379,6 +391,21 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
     if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
+}
+
+/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.
+   weight: of the row's sums, if there are `some`. */
+SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,
+                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)
+{
+    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;
+    int i;
+    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;
+        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;
+    }
+    return false;
 }
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -407,6 +434,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
+        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {
+            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);
+            continue;
+        }
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
@@ -444,14 +475,15 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool some_unknown = springls__has_unknown_side(model)[i] != 0;
-    int row, v;
+    int row;
+    if (!some_unknown && !args.resolve.first) return;
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
             springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
                                        args.resolve.last != 0, out + 8 * row);
         else
-            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
+            springls__copy_voxel_row(from + 8 * row, out + 8 * row);
     }
 }
 

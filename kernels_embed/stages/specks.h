@@ -220,12 +220,15 @@ SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const flo
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
-                          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
-                          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
-                          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
-                          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
-                          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask m;
+        if (!springls__vec_any((c >= 0.0f) & (c < SPRINGLS__JOIN_PHI))) continue;
+        m = springls__are_joint_candidates(phi + i, 1, y) | springls__are_joint_candidates(phi + i, -1, y)
+          | springls__are_joint_candidates(phi + i, 1, -y) | springls__are_joint_candidates(phi + i, -1, -y)
+          | springls__are_joint_candidates(phi + i, 1, z) | springls__are_joint_candidates(phi + i, -1, z)
+          | springls__are_joint_candidates(phi + i, 1, -z) | springls__are_joint_candidates(phi + i, -1, -z)
+          | springls__are_joint_candidates(phi + i, y, z) | springls__are_joint_candidates(phi + i, -y, z)
+          | springls__are_joint_candidates(phi + i, y, -z) | springls__are_joint_candidates(phi + i, -y, -z);
         if (springls__vec_any(m)) return true;
     }
     return false;
@@ -280,15 +283,20 @@ SPRINGLS__MATHS void springls__join_parts_element(const springls__model *model, 
 
 #define SPRINGLS__PUNCTURE_PHI 0.5f /* voxel: a hole through which no ball of a voxel in diameter passes */
 
-/* Returns true when voxel `at` punctures a sheet: outside and nearer than PUNCTURE_PHI, it lies in a ring of inside voxels and
-   connects two parts of the outside. */
+/* Returns true when a voxel outside may puncture a sheet: it is nearer than PUNCTURE_PHI, lies in a ring of inside voxels and
+   connects two parts of the outside. mask27: of the voxels around (topology.h). */
+SPRINGLS__MATHS bool springls__punctures(float phi, unsigned mask27)
+{
+    return phi >= 0.0f && phi < SPRINGLS__PUNCTURE_PHI && springls__touches_one_inside(mask27)
+        && !springls__touches_one_outside(mask27);
+}
+
+/* Returns true when voxel `at` punctures a sheet. */
 SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at[3])
 {
     float phi = springls__phi_of(g, at);
-    unsigned mask;
     if (phi < 0.0f || phi >= SPRINGLS__PUNCTURE_PHI || !springls__grid_contains(g, at[0], at[1], at[2])) return false;
-    mask = springls__inside_mask(g, g->phi, at[0], at[1], at[2]);
-    return springls__touches_one_inside(mask) && !springls__touches_one_outside(mask);
+    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
 /* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
@@ -310,6 +318,30 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 }
 
 /* ---- removal ---- */
+
+#define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
+
+/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */
+SPRINGLS__MATHS int springls__largest_speck(float min_component)
+{
+    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);
+}
+
+/* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */
+SPRINGLS__MATHS void springls__signs_of_rows_around(SPRINGLS__LOCAL const float *phi, uint32_t around[9])
+{
+    int k;
+    for (k = 0; k < 9; k++) around[k] = springls__signs_of_row(phi + springls__tile_step(3 * k));
+}
+
+/* Returns the sides of the voxels around voxel x of that row, as topology.h has them. */
+SPRINGLS__MATHS unsigned springls__mask27_of_rows(const uint32_t around[9], int x)
+{
+    unsigned mask = 0u;
+    int k;
+    for (k = 0; k < 9; k++) mask |= (unsigned)(around[k] >> x & 7u) << 3 * k;
+    return mask;
+}
 
 /* Returns 1 a lane where a neighbour x is on the side of a voxel, else 0. */
 SPRINGLS__VEC_MATHS springls__vec springls__same_side(springls__vec x, springls__vmask inside)
@@ -387,28 +419,57 @@ SPRINGLS__MATHS float springls__phi_without_speck(const springls__grid *g, const
     return phi < 0.0f ? best : -springls__max(best, 1e-6f);
 }
 
-/* Copies phi of active brick i to phi_next without parts, inside or outside, of less than min_component and without punctures. */
+/* Returns true when the part of a voxel has more than `largest` voxels, by those around it alone (mask27: topology.h). */
+SPRINGLS__MATHS bool springls__is_large_part(unsigned mask27, int largest)
+{
+    unsigned side = mask27 >> 13 & 1u ? mask27 : ~mask27, part = 1u << 13, before = 0u, rest;
+    while (part != before) {
+        int count = 0;
+        before = part;
+        part = (springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before)) & side
+             & SPRINGLS__ALL_AROUND;
+        for (rest = part; rest; rest &= rest - 1u) count++;
+        if (count > largest) return true;
+    }
+    return false;
+}
+
+/* Returns phi of voxel `at` without parts, inside or outside, of less than min_component and without punctures. beside: how many
+   of its six neighbours are on its side; mask27: of the voxels around (topology.h). */
+SPRINGLS__MATHS float springls__without_specks(const springls__model *model, const int at[3], float phi, float beside,
+                                               unsigned mask27)
+{
+    const springls__grid *g = &model->grid;
+    const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;
+    const int max_voxels = springls__largest_speck(least);
+    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)
+        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);
+    if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))
+        return SPRINGLS__FILLED_PHI;
+    return phi;
+}
+
+/* Copies phi of active brick i to phi_next without parts of less than min_component and without punctures. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
-    const springls__grid *g = &model->grid;
-    const float least = model->params.min_component;
-    const int max_voxels = springls__imin((int)(4.0f * least) + 1, SPRINGLS__LARGEST_SPECK); /* of a speck, thin as it may be */
-    const float max_neighbors = (float)(max_voxels - 1), around_puncture = 3.0f; /* or fewer: neighbours outside */
-    const float most = springls__max(max_neighbors, around_puncture);
+    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);
+    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
     springls__copy_brick(model, i, tile, o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = springls__tile_row(tile, row);
+        uint32_t around[9];
         float beside[8];
-        if (!springls__count_beside(springls__tile_row(tile, row), most, beside)) continue;
+        if (!springls__count_beside(phi, most, beside)) continue;
+        springls__signs_of_rows_around(phi, around);
         for (x = 0; x < 8; x++) {
+            if (beside[x] > most) continue;
             springls__row_voxel(o, row, x, at);
-            if (beside[x] <= max_neighbors && springls__is_speck_voxel(g, at, least, max_voxels))
-                springls__next_row(g, i, row)[x] = springls__phi_without_speck(g, at);
-            else if (beside[x] <= around_puncture && springls__fills_puncture(g, at))
-                springls__next_row(g, i, row)[x] = SPRINGLS__FILLED_PHI;
+            springls__next_row(&model->grid, i, row)[x] =
+                springls__without_specks(model, at, phi[x], beside[x], springls__mask27_of_rows(around, x));
         }
     }
 }

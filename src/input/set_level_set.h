@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__INPUT_SET_LEVEL_SET_H
 #define SPRINGLS__INPUT_SET_LEVEL_SET_H
 
+#include "../../kernels_embed/stages/project.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/launch.h"
@@ -30,6 +31,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
+    springls__place_window(ctx, &ctx->original_window, ctx->window.offset);
     return springls__reference_copy(ctx);
 }
 
@@ -95,7 +97,8 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (phi[v] == phi[v]) phi[v] = springls__clamp(phi[v], -g->far_value, g->far_value);
+            if (phi[v] == phi[v])
+                phi[v] = springls__outside_on_surface(springls__clamp(phi[v], -g->far_value, g->far_value));
     }
 }
 

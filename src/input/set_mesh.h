@@ -98,7 +98,7 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     for (k = 0; k < 3; k++)
         if (!springls__finite((double)world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
         if (!(x[k] >= -furthest && x[k] <= furthest))
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);

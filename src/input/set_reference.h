@@ -60,6 +60,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
     desc.backend = NULL;
     if (springls_create(&desc, &other) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    memcpy(other->home, ctx->original_window.offset, sizeof other->home); /* correspondences keep their bits */
     status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
     if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
     else status = springls__use_host(ctx, true);

@@ -10,6 +10,7 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 #include "../solver/follow.h"
+#include "../solver/step.h"
 #include "../stages/sleep.h"
 
 /* Sends one of the caller's arrays to the device. NULL: nothing. */
@@ -65,7 +66,8 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 {
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (springls_step_in_progress(ctx)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    SPRINGLS__TRY(springls__finish_step(ctx)); /* an update of chunks */
     if (first < 0 || count < 0 || first > ctx->model.set.count - count)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
                               ctx->model.set.count);

@@ -44,7 +44,8 @@ extern "C" {
 
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
-     (i,j,k).
+     (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
+     where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
    - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
@@ -168,6 +169,8 @@ typedef struct springls_desc {
     springls_progress progress;
     springls_trace trace;
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
+    bool follow;                   /* the grid is a window that moves with the model, by whole bricks of 8^3 voxels
+                                      (manual, A WORLD WITHOUT WALLS); grid.size has to be multiples of 8           */
 } springls_desc;
 
 /* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
@@ -184,7 +187,8 @@ SPRINGLS_API const char *springls_create_error(const springls_desc *desc);
 /* Frees the context and all that belongs to it; NULL is allowed. */
 SPRINGLS_API void springls_destroy(springls_context *ctx);
 
-/* Empties the model and removes its attributes; keeps memory and parameters, and sets the time to 0. */
+/* Empties the model and removes its attributes; keeps memory and parameters, sets the time to 0, and puts a grid that has moved
+   back to its place. */
 SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 
 /* Returns the sentence of the context's last failure, "" after none; it belongs to the context. ctx NULL: "no context". */
@@ -197,6 +201,11 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
    is out of range, springls_last_error() names it, and nothing changes. */
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
+/* Writes where the grid is now (springls_desc.follow): how many voxels it has moved from where springls_desc.grid placed it. This
+   added to voxel coordinates gives lattice coordinates, which no move changes. Zeros: it has not moved, or ctx is NULL. `offset`
+   may be NULL. */
+SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3]);
+
 /* Converts `count` points from world to voxel coordinates; `world` and `voxel` may be the same array. */
 SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
 
@@ -208,9 +217,9 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
-/* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, _set_reference_mesh, _set_keep_mask and springls_write change the model that
-   is there. */
+/* An input removes all attributes, sets the time to 0 and puts a grid that has moved back to where springls_desc.grid places it.
+   One that fails after its arguments were found good leaves the model empty. springls_set_reference, _set_reference_mesh,
+   _set_keep_mask and springls_write change the model that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -327,6 +336,9 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
+
+/* Where the grid has moved (springls_desc.follow), the coordinates of this chapter are lattice coordinates: a move changes nothing
+   that a callback gets. */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
@@ -520,14 +532,15 @@ typedef enum springls_snapshot_kind {
 } springls_snapshot_kind;
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
-   of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
+   of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
    read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
 /* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
-   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. */
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. It is taken
+   whole, also where it has more springls than this context's max_springls: then none are added until there are fewer. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -577,8 +590,8 @@ typedef struct springls_component {
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
-   springl they are born beside, until components are found at the end of the step. Belongs to the context, until the next call
-   that changes the model. */
+   springl they are born beside, until components are found at the end of the step. NULL while params.components and
+   params.volume_lock are 0. Belongs to the context, until the next call that changes the model. */
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
 /* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
@@ -638,7 +651,8 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
    the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* its marching cubes begin at voxel 8 brick: 8 a side, 9 at the grid's lower border   */
+    int brick[3];            /* its marching cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
+                                border. It names the same place when the grid has moved (springls_desc.follow)      */
     int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
     float *positions;        /* 3 a vertex, world                                                                   */
     float *normals;          /* 3 a vertex, unit, outward                                                           */
@@ -669,9 +683,21 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
    triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
    the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
-   have listed. */
+   have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count);
+
+/* Begins what springls_chunks_update does, in as many calls of springls_chunks_continue as the caller likes, with the same
+   bits. Completes a step in progress. Until the update is done, queries read the model as during a step; every call that changes
+   the model, or begins a step or an update of other chunks, completes the update first and returns its failure; inputs and
+   springls_restore drop it with the model, and springls_chunks_continue begins again. */
+SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks);
+
+/* Continues the update for about `seconds` by trace.now, as springls_step_continue does a step. *done: it is complete, and
+   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure ends the update.
+   INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
+SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+                                                      const springls_chunk **changed, int *count, bool *done);
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -860,6 +886,8 @@ typedef enum springls_operation {
 } springls_operation;
 
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
+   - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
+     middle of both; what lies beyond it is cut off. Correspondences keep their voxel coordinates.
    - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
      the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
    - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
@@ -920,6 +948,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 typedef struct springls_stats {
     int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
     int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
+    int64_t left;               /* of those removed: springls that had left the grid                                */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
     float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */

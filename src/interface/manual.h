@@ -63,8 +63,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
-     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object: springls_kernel_source gives no
-                              lines, and springls_cl.h cannot be included
+     SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object at -O2: springls_kernel_source
+                              gives no lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -147,8 +147,9 @@
                                                    between the sides of a gap; filaments and drops of that size may vanish
      min_component = 1        project              first joins parts of up to 64 voxels to the rest, where the springls show a
                               springls_set_mesh    limb that runs on between voxels. Then removes the parts and bubbles that
-                                                   have less volume than this, voxel^3, and fills holes of sheets that are
-                                                   narrower than a voxel. Not with topology PRESERVED
+                                                   have less volume than this, voxel^3 (at most 16, since a search takes
+                                                   longer in larger parts), and fills holes of sheets that are narrower than
+                                                   a voxel. Not with topology PRESERVED
      fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
                                                    surface that they span; a wide hole takes a few calls. Then adds the zero
                                                    level's triangles, but only where no springl is within 0.75 voxel, or 1.5
@@ -401,8 +402,8 @@
    The estimate is larger than the error for at least 95 % of the springls, and of the vertices of the zero level, on LeVeque's
    flow and on the motions of `make motions`, which lists these shares. The median of estimate over error is 1 to 30, and more
    where motion runs backwards and errors of integration cancel. A springl with too few neighbours for a fit gets an estimate
-   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and estimates are about
-   half a voxel.
+   of 6 voxels or more; beside a tear it may be off by more. With the paper's parameters splits copy correspondences, and
+   estimates are about half a voxel.
 
 
    VOLUME LOCK
@@ -425,11 +426,36 @@
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
-   springls_reset keeps them, springls_destroy returns them.
+   two tables have one int a brick of the grid: together 1 GiB at 4096^3, 256 KiB at 256^3. springls_memory_used returns the
+   bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
+
+
+   A WORLD WITHOUT WALLS
+
+   With springls_desc.follow the grid is a window that moves with its model, as the floating origin of a game does. When the
+   advect of a step brings a springl nearer than 16 voxels to the border, the window moves by whole bricks of 8^3 voxels so
+   that the model's box is in its middle. springls_window_offset returns how far it has come.
+
+     - World coordinates do not change: shapes, meshes, queries, events and forces with world_units are where they were. Far from
+       the origin a float has few digits; voxel coordinates (views, springls_write) keep theirs.
+     - Forces without world_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
+       Regions and samples of the model's own grid are on the lattice too.
+     - Chunks are named by bricks of the lattice. All are meshed again after a move.
+     - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
+     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - springls_combine takes models in different windows of one lattice.
+
+   Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
+   size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
+   depends on how far the model has come: a ball whose coordinates are multiples of 2^-12 has the same bits in its window after
+   10,000 voxels of a wind of whole voxels (tests/unit/test_window.c).
+
+   The window's sides should be at least 40 voxels longer than the model: the margin on both sides and a brick. A model that is
+   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left counts springls
+   that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
 
 
    THREADS
@@ -479,12 +505,15 @@
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
    promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
+   Threads of yours that flush denormal numbers to zero (FTZ, DAZ) change no bit. Where floats cannot be rounded as C has
+   them, the implementation does not compile, and one error says why: on the x87 unit (-msse2 -mfpmath=sse is needed), and
+   with tcc, which miscompiles functions that return structs of three floats.
    Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
 
    LIMITS
 
-     - The grid has 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
+     - The grid has 4 to 4096 voxels a side and does not grow. The model is closed at the border of the grid.
      - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
        DATA FLOW). Filaments of that thickness break.
      - A vertex has at most 8 neighbour edges (section 4.8).

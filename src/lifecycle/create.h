@@ -50,12 +50,14 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     const char *fault = springls__grid_transform(&desc->grid, to_world, to_voxel);
     int axis;
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side";
+        if (desc->grid.size[axis] < 4) return "grid.size is less than 4 voxels a side: it may be 4 to 4096";
     if (fault) return fault;
+    for (axis = 0; axis < 3; axis++)
+        if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
-    if (desc->max_springls < 0) return "max_springls is negative";
+    if (desc->max_springls < 0) return "max_springls is negative: it may be 0, for 64 million, to 2147483647";
     if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
     if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
@@ -98,7 +100,7 @@ SPRINGLS_API springls_forces springls_default_forces(void)
 /* Finds the shortest and the longest step between voxels, in world units. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
-    const double *m = ctx->to_world;
+    const double *m = ctx->lattice_to_world;
     int axis;
     for (axis = 0; axis < 3; axis++) {
         float spacing = springls__length(springls__v3_make((float)m[axis], (float)m[4 + axis], (float)m[8 + axis]));
@@ -130,8 +132,10 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     if (!desc) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
     memset(&made, 0, sizeof made);
-    fault = springls__desc_fault(desc, made.to_world, made.to_voxel, &made.model.params);
+    fault = springls__desc_fault(desc, made.lattice_to_world, made.window.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
+    made.original_window = made.window;
+    springls__windows_reset(&made);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
@@ -169,11 +173,13 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
+    char value[32];
     bool band_changed;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s", fault);
+    springls__params_bad_value(params, value);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -192,12 +198,10 @@ SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { retu
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx) { return ctx ? ctx->memory_used : 0; }
 SPRINGLS_API int springls_version(void) { return SPRINGLS_VERSION; }
 
-#define SPRINGLS__TEXT(x) #x
-#define SPRINGLS__VERSION_TEXT(a, b, c) SPRINGLS__TEXT(a) "." SPRINGLS__TEXT(b) "." SPRINGLS__TEXT(c)
-
 SPRINGLS_API const char *springls_version_string(void)
 {
-    return SPRINGLS__VERSION_TEXT(SPRINGLS_VERSION_MAJOR, SPRINGLS_VERSION_MINOR, SPRINGLS_VERSION_PATCH);
+    return SPRINGLS__TEXT(SPRINGLS_VERSION_MAJOR) "." SPRINGLS__TEXT(SPRINGLS_VERSION_MINOR) "."
+           SPRINGLS__TEXT(SPRINGLS_VERSION_PATCH);
 }
 
 SPRINGLS_API const char *springls_status_string(springls_status status)

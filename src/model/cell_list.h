@@ -9,6 +9,18 @@
 #include "../runtime/residency.h"
 #include "grid.h"
 
+/* Finds the cells of the particles whose bricks were missing. */
+SPRINGLS__FN springls_status springls__missing_keys(springls_context *ctx)
+{
+    springls__arguments none;
+    int i;
+    memset(&none, 0, sizeof none);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(S), SPRINGLS__BIT(KEY)));
+    for (i = 0; i < ctx->model.set.count; i++)
+        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY) springls__cell_key_element(&ctx->model, none, i);
+    return SPRINGLS_OK;
+}
+
 /* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
@@ -25,8 +37,7 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
+    return springls__missing_keys(ctx);
 }
 
 /* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */

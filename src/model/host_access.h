@@ -7,6 +7,7 @@
 #include "bvh.h"
 #include "constellation.h"
 #include "grid.h"
+#include "transform.h"
 
 /* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
@@ -23,6 +24,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
+    springls__windows_reset(ctx);
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
     springls__surface_forget(&ctx->original);

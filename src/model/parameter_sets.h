@@ -99,41 +99,41 @@ SPRINGLS_API springls_params springls_default_params(void)
 
 /* Lists all members but the cookie, with their ranges. The order is of no account. */
 #define SPRINGLS__PARAMS(REAL, INTEGER)                                                                                          \
-    REAL(d_max, 0.05f, 4.0f)                                                                                                     \
-    REAL(particle_radius, 0.0f, 1.0f)                                                                                            \
-    REAL(neighbor_radius, 0.05f, 4.0f)                                                                                           \
+    REAL(d_max, 0.05, 4)                                                                                                         \
+    REAL(particle_radius, 0, 1)                                                                                                  \
+    REAL(neighbor_radius, 0.05, 4)                                                                                               \
     INTEGER(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS)                                                                           \
     INTEGER(relax_iterations, 0, 1000)                                                                                           \
     INTEGER(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH)                                                       \
     INTEGER(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR)                                                         \
     INTEGER(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL)                                                        \
-    REAL(sharpness, 0.0f, 1000.0f)                                                                                               \
-    REAL(kappa_int, 0.0f, 100.0f)                                                                                                \
-    REAL(kappa_ext, 0.0f, 100.0f)                                                                                                \
-    REAL(relax_step_length, 0.0f, 1.0f)                                                                                          \
-    REAL(relax_step_rotation, 0.0f, 1.0f)                                                                                        \
-    REAL(contract_distance, 0.0f, 100.0f)                                                                                        \
-    REAL(min_angle, 0.0f, 60.0f)                                                                                                 \
-    REAL(max_angle, 60.0f, 180.0f)                                                                                               \
-    REAL(min_area, 0.0f, 10.0f)                                                                                                  \
-    REAL(merge_distance, 0.0f, 4.0f)                                                                                             \
+    REAL(sharpness, 0, 1000)                                                                                                     \
+    REAL(kappa_int, 0, 100)                                                                                                      \
+    REAL(kappa_ext, 0, 100)                                                                                                      \
+    REAL(relax_step_length, 0, 1)                                                                                                \
+    REAL(relax_step_rotation, 0, 1)                                                                                              \
+    REAL(contract_distance, 0, 100)                                                                                              \
+    REAL(min_angle, 0, 60)                                                                                                       \
+    REAL(max_angle, 60, 180)                                                                                                     \
+    REAL(min_area, 0, 10)                                                                                                        \
+    REAL(merge_distance, 0, 4)                                                                                                   \
     INTEGER(keep_thin, 0, 1)                                                                                                     \
     INTEGER(cover, 0, 1)                                                                                                         \
     INTEGER(relax_same_side, 0, 1)                                                                                               \
     INTEGER(reshape, 0, 1)                                                                                                       \
     INTEGER(resample_last, 0, 1)                                                                                                 \
     INTEGER(resample_period, 1, 1000000)                                                                                         \
-    REAL(split_edge, 0.1f, 1e6f)                                                                                                 \
-    REAL(split_area, 0.01f, 1e6f)                                                                                                \
+    REAL(split_edge, 0.1, 1e6)                                                                                                   \
+    REAL(split_area, 0.01, 1e6)                                                                                                  \
     INTEGER(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC)                                                    \
-    REAL(band_half_width, 2.0f, 6.0f)                                                                                            \
-    REAL(capture_range, 0.3f, 6.0f)                                                                                              \
+    REAL(band_half_width, 2, 6)                                                                                                  \
+    REAL(capture_range, 0.3, 6)                                                                                                  \
     INTEGER(evolve_iterations, 0, 1000)                                                                                          \
-    REAL(evolve_step, 0.0f, 1.0f)                                                                                                \
-    REAL(evolve_width, 0.5f, 3.0f)                                                                                               \
-    REAL(curvature, -0.2f, 0.2f)                                                                                                 \
+    REAL(evolve_step, 0, 1)                                                                                                      \
+    REAL(evolve_width, 0.5, 3)                                                                                                   \
+    REAL(curvature, -0.2, 0.2)                                                                                                   \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_distance, 0.0f, 3.0f)                                                                                                   \
+    REAL(lazy_distance, 0, 3)                                                                                                    \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -144,12 +144,12 @@ SPRINGLS_API springls_params springls_default_params(void)
     INTEGER(components, 0, 1)                                                                                                    \
     INTEGER(project_initial, 0, 1)                                                                                               \
     INTEGER(fill_from_springls, 0, 1)                                                                                            \
-    REAL(min_component, 0.0f, 16.0f)                                                                                             \
+    REAL(min_component, 0, 16)                                                                                                   \
     INTEGER(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED)                                                       \
     INTEGER(contact, SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE)                                                          \
-    REAL(nearest_rule, 0.0f, 1e6f)                                                                                               \
+    REAL(nearest_rule, 0, 1e6)                                                                                                   \
     INTEGER(track_iterations, 0, 1000)                                                                                           \
-    REAL(track_step, 0.0f, 1.0f)                                                                                                 \
+    REAL(track_step, 0, 1)                                                                                                       \
     INTEGER(initial_stride, 1, 4)
 
 /* Describes a member of the parameters: an enumeration counts as an integer. */
@@ -160,10 +160,14 @@ typedef struct springls__param {
     float low, high;
 } springls__param;
 
+#define SPRINGLS__TEXT_OF(x) #x
+#define SPRINGLS__TEXT(x) SPRINGLS__TEXT_OF(x) /* of what x stands for */
 #define SPRINGLS__PARAM_REAL(name, low, high)                                                                                    \
-    { #name, "params." #name " is out of range", offsetof(springls_params, name), true, (float)(low), (float)(high) },
+    { #name, "params." #name " is not in " SPRINGLS__TEXT(low) " to " SPRINGLS__TEXT(high),                                      \
+      offsetof(springls_params, name), true, (float)(low), (float)(high) },
 #define SPRINGLS__PARAM_INTEGER(name, low, high)                                                                                 \
-    { #name, "params." #name " is out of range", offsetof(springls_params, name), false, (float)(low), (float)(high) },
+    { #name, "params." #name " is not in " SPRINGLS__TEXT(low) " to " SPRINGLS__TEXT(high),                                      \
+      offsetof(springls_params, name), false, (float)(low), (float)(high) },
 static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGLS__PARAM_REAL, SPRINGLS__PARAM_INTEGER) };
 #undef SPRINGLS__PARAM_REAL
 #undef SPRINGLS__PARAM_INTEGER
@@ -184,7 +188,8 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
-/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range. */
+/* Returns why parameters cannot be used, NULL when they can: a constant sentence that names the first member out of range, and the
+   range. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
     size_t i;
@@ -192,7 +197,25 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
         return "params do not come from springls_default_params() or springls_paper_params()";
     for (i = 0; i < SPRINGLS__PARAM_COUNT; i++)
         if (!springls__param_good(p, &springls__param_list[i])) return springls__param_list[i].fault;
-    return p->initial_stride == 3 ? "params.initial_stride is out of range" : NULL; /* does not divide a brick */
+    return p->initial_stride == 3 ? "params.initial_stride is not 1, 2 or 4" : NULL; /* does not divide a brick */
+}
+
+/* Writes the value of the first member that is out of its range, after a colon; "" when none is. */
+SPRINGLS__FN void springls__params_bad_value(const springls_params *p, char text[32])
+{
+    size_t i;
+    text[0] = '\0';
+    for (i = 0; i < SPRINGLS__PARAM_COUNT && text[0] == '\0'; i++) {
+        const springls__param *member = &springls__param_list[i];
+        const char *at = (const char *)p + member->offset;
+        int32_t integer;
+        float real;
+        if (springls__param_good(p, member)) continue;
+        memcpy(&integer, at, sizeof integer);
+        memcpy(&real, at, sizeof real);
+        if (member->real) snprintf(text, 32, ": %g", (double)real);
+        else snprintf(text, 32, ": %ld", (long)integer);
+    }
 }
 
 #endif

@@ -160,7 +160,7 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
         springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                                     job->out + (size_t)begin * (size_t)job->attribute->channels);

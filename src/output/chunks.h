@@ -15,6 +15,7 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 #include "../solver/step.h"
+#include "../stages/window.h"
 
 /* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
    that correspondences have moved along the surface. */
@@ -24,6 +25,16 @@ typedef struct springls__brick_signature {
     int count;
 } springls__brick_signature;
 
+/* What springls_chunks_begin and _continue have done so far. */
+typedef enum springls__chunks_state {
+    SPRINGLS__CHUNKS_IDLE,
+    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; where ctx->step does not have them, they begin again */
+    SPRINGLS__CHUNKS_READY
+} springls__chunks_state;
+
+/* A brick of the lattice, counted in bricks. */
+typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
+
 struct springls_chunks {
     springls_chunks_desc desc;
     springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
@@ -32,15 +43,21 @@ struct springls_chunks {
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
     int *list;                             /* bricks whose values may differ from the published ones                   */
     springls_chunk *chunk;                 /* those that have changed                                                  */
+    int window[3];                         /* voxels: where the window was at the last update                          */
+    springls__lattice_brick *left;         /* [left_count] bricks with a mesh that the window has left behind          */
+    int left_count;
+    int listed, count;                     /* bricks of list, chunks                                                   */
+    bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
+    springls__chunks_state state;
     springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
-    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory;
+    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
     springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
                                           &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
-                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory };
+                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
@@ -51,14 +68,14 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
 {
     size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
+    c->published.slot_brick = (int *)c->slot_brick_memory.data; /* at once: what follows may fail, and the old memory is gone */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
                                         (size_t)c->published.free_count * sizeof(int)));
+    c->published.free_slots = (int *)c->free_slots_memory.data;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi_memory, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
                                         used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
-    c->published.slot_brick = (int *)c->slot_brick_memory.data;
-    c->published.free_slots = (int *)c->free_slots_memory.data;
     c->published.phi = (float *)c->phi_memory.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
     c->signature = (springls__brick_signature *)c->signature_memory.data;
     return SPRINGLS_OK;
 }
@@ -81,6 +98,77 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
     memset(c->dirty, 0, bricks);
     memset(c->has_mesh, 0, bricks);
     c->published.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- a window that has moved ---- */
+
+/* Returns the place on the lattice of a brick of the published level set. */
+SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int brick)
+{
+    springls__lattice_brick place;
+    int axis;
+    springls__brick_place(&c->published, brick, place.at);
+    for (axis = 0; axis < 3; axis++) place.at[axis] += c->window[axis] / SPRINGLS__BRICK;
+    return place;
+}
+
+/* Returns the brick of the published level set at a place on the lattice; -1: none. */
+SPRINGLS__FN int springls__published_brick(const springls_chunks *c, const springls__lattice_brick *place)
+{
+    int at[3], axis;
+    for (axis = 0; axis < 3; axis++) at[axis] = place->at[axis] * SPRINGLS__BRICK - c->window[axis];
+    return springls__grid_contains(&c->published, at[0], at[1], at[2]) ? springls__brick_at(&c->published, at[0], at[1], at[2]) : -1;
+}
+
+/* Drops the published bricks that the window leaves behind, notes those with a mesh, and gives the others their new numbers. They
+   are meshed again: vertices may differ in the last bit, and neighbours repeat them. */
+SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[3])
+{
+    springls__grid *g = &c->published;
+    float moved[3];
+    int count = (int)springls__brick_count(g), i, k;
+    for (i = 0; i < count; i++) {
+        const int to = springls__brick_after_move(g, i, bricks), slot = g->top[i];
+        if (to < 0 && c->has_mesh[i]) c->left[c->left_count++] = springls__lattice_place(c, i);
+        if (slot < SPRINGLS__FIRST_SLOT) continue;
+        g->slot_brick[slot] = to;
+        c->dirty[i] = 1;
+        if (to < 0) g->free_slots[g->free_count++] = slot;
+        for (k = 0; k < 3; k++) moved[k] = -(float)(SPRINGLS__BRICK * bricks[k]) * (float)c->signature[slot].count;
+        c->signature[slot].particles = springls__add(c->signature[slot].particles, springls__v3_make(moved[0], moved[1], moved[2]));
+    }
+    springls__move_table(g, g->top, sizeof *g->top, bricks);
+    springls__move_table(g, c->dirty, 1, bricks);
+    springls__move_table(g, c->has_mesh, 1, bricks);
+}
+
+/* Takes from the list of bricks left behind those that are in the window again: the consumer has a mesh of them. */
+SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
+{
+    int i, n = 0, brick;
+    for (i = 0; i < c->left_count; i++) {
+        brick = springls__published_brick(c, &c->left[i]);
+        if (brick < 0) c->left[n++] = c->left[i];
+        else c->dirty[brick] = c->has_mesh[brick] = 1;
+    }
+    c->left_count = n;
+}
+
+/* Moves what is published to where the model's window is now. Nothing has changed on failure. */
+SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
+{
+    int bricks[3], axis, i, n = c->left_count;
+    const int count = (int)springls__brick_count(&c->published);
+    if (memcmp(c->window, ctx->window.offset, sizeof c->window) == 0) return SPRINGLS_OK;
+    for (i = 0; i < count; i++) n += c->has_mesh[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
+                                        (size_t)c->left_count * sizeof *c->left));
+    c->left = (springls__lattice_brick *)c->left_memory.data;
+    for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
+    springls__move_published(c, bricks);
+    memcpy(c->window, ctx->window.offset, sizeof c->window);
+    springls__take_back_bricks(c);
     return SPRINGLS_OK;
 }
 
@@ -111,8 +199,6 @@ SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[
     return false;
 }
 
-typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
-
 /* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
    now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
 SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
@@ -136,12 +222,13 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
     return affected | own;
 }
 
-SPRINGLS__FN void springls__publish_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    springls_chunks *c = job->chunks;
-    const springls__grid *g = &job->ctx->model.grid;
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    const springls__grid *g = &ctx->model.grid;
     int origin[3];
+    (void)memory;
     for (; begin < end; begin++) {
         int slot = c->published.top[c->list[begin]];
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
@@ -169,8 +256,8 @@ SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__
     return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
 }
 
-/* Writes c->list, the bricks that may differ, and their number; each gets a slot of the published level set. */
-SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+/* Writes c->list, the bricks that may differ; each gets a slot of the published level set. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *published = &c->published;
@@ -193,7 +280,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
         c->list[n++] = i;
         if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
     }
-    *count = n;
+    c->listed = n;
     return SPRINGLS_OK;
 }
 
@@ -254,10 +341,10 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
 }
 
 /* Returns the slots of listed bricks that have become constant in the model. */
-SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c, int count)
+SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c)
 {
     int i;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < c->listed; i++) {
         int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
         if (side >= SPRINGLS__FIRST_SLOT) continue;
         c->published.top[brick] = side;
@@ -307,18 +394,20 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
             }
 }
 
-SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+    springls_chunks *c = ((const springls_context *)arg)->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
 /* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
 SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
 {
     int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    springls__v3 a = nearest >= 0 ? springls__correspondence_at(&ctx->model, nearest, x) : x;
-    springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * vertex);
+    float *a = chunk->correspondences + 3 * vertex;
+    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
+    else springls__voxel_to_world(ctx, x, a);
     chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
 }
 
@@ -342,37 +431,38 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
     }
 }
 
-SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
-    const springls__chunk_job *job = (const springls__chunk_job *)arg;
-    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+    const springls_context *ctx = (const springls_context *)arg;
+    (void)memory;
+    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
 }
 
-/* Writes c->chunk, a chunk without arrays for each dirty brick, and their number. */
-SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+/* Writes c->chunk, a chunk without arrays for each dirty brick. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &c->published;
     int bricks = (int)springls__brick_count(g), i, n = 0;
     for (i = 0; i < bricks; i++) n += c->dirty[i];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)n + 1, sizeof *c->chunk, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)(n + c->left_count) + 1, sizeof *c->chunk, 0));
     c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
         springls__brick_place(g, i, c->chunk[n++].brick);
     }
-    *count = n;
+    c->count = n;
     return SPRINGLS_OK;
 }
 
 /* Allocates the arrays of all counted chunks and gives each chunk its part. Leaves out chunks that have no triangle and had
    none. */
-SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c, int *count)
+SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c)
 {
     const size_t words = c->desc.correspondences ? 10 : 6; /* floats a vertex; an id takes one */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
-    for (i = 0; i < *count; i++) {
+    for (i = 0; i < c->count; i++) {
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
@@ -381,7 +471,7 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
-    *count = n;
+    c->count = n;
     vertices = corners = 0;
     for (i = 0; i < n; i++) {
         springls_chunk *chunk = &c->chunk[i];
@@ -400,31 +490,114 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Publishes what has changed and meshes it: writes c->chunk and the number of changed chunks. dirty stays set on failure, so
-   that the next call lists these chunks. */
-SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+/* Orders chunks by brick, x fastest. */
+SPRINGLS__FN int springls__compare_chunks(const void *first, const void *second)
 {
-    springls__chunk_job job;
-    int listed, i;
-    job.ctx = ctx;
-    job.chunks = c;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
-    springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
-    springls__drop_published_bricks(ctx, c, listed);
-    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
-    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
-    SPRINGLS__TRY(springls__allocate_chunks(ctx, c, count));
-    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
-    memset(c->dirty, 0, springls__brick_count(&c->published));
-    for (i = 0; i < *count; i++) {
-        const int *b = c->chunk[i].brick;
-        c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    const springls_chunk *a = (const springls_chunk *)first, *b = (const springls_chunk *)second;
+    int axis;
+    for (axis = 2; axis > 0 && a->brick[axis] == b->brick[axis]; axis--) continue;
+    return (a->brick[axis] > b->brick[axis]) - (a->brick[axis] < b->brick[axis]);
+}
+
+/* Counts the bricks of chunks on the lattice, and adds empty chunks for those that the window has left behind. */
+SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
+{
+    int i, axis;
+    for (i = 0; i < c->count; i++)
+        for (axis = 0; axis < 3; axis++) c->chunk[i].brick[axis] += c->window[axis] / SPRINGLS__BRICK;
+    if (c->left_count == 0) return;
+    for (i = 0; i < c->left_count; i++) {
+        springls_chunk *chunk = &c->chunk[c->count++];
+        memset(chunk, 0, sizeof *chunk);
+        memcpy(chunk->brick, c->left[i].at, sizeof chunk->brick);
     }
-    return SPRINGLS_OK;
+    c->left_count = 0;
+    qsort(c->chunk, (size_t)c->count, sizeof *c->chunk, springls__compare_chunks);
+}
+
+/* ---- an update: what is in progress (ctx->step) instead of a step ---- */
+
+/* Marks as dirty all bricks with values. */
+SPRINGLS__FN void springls__mark_all(springls_chunks *c)
+{
+    size_t bricks = springls__brick_count(&c->published), i;
+    for (i = 0; i < bricks; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
+}
+
+enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
+
+/* Publishes what has changed and meshes it: writes c->chunk. dirty stays set on failure, so that the next update lists these
+   chunks. */
+SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    int i;
+    ctx->on_device = false;
+    switch (ctx->work.phase) {
+    case SPRINGLS__CHUNKS_PUBLISH:
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__chunks_follow(ctx, c));
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
+        SPRINGLS__TRY(springls__list_bricks(ctx, c));
+        c->publishing = true;
+        springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_COUNT);
+    case SPRINGLS__CHUNKS_COUNT:
+        for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
+        c->publishing = false;
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+        springls__drop_published_bricks(ctx, c);
+        SPRINGLS__TRY(springls__list_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
+    case SPRINGLS__CHUNKS_FILL:
+        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
+    case SPRINGLS__CHUNKS_FILLED:
+    default:
+        memset(c->dirty, 0, springls__brick_count(&c->published));
+        for (i = 0; i < c->count; i++) {
+            const int *b = c->chunk[i].brick;
+            c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+        }
+        c->state = SPRINGLS__CHUNKS_READY;
+        ctx->step.active = false;
+        return SPRINGLS_OK;
+    }
+}
+
+/* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
+static const springls__step_entry springls__chunks_update[] = {
+    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
+    { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
+};
+
+/* Makes the next update list again what the consumer has not received. */
+SPRINGLS__FN void springls__list_again(springls_chunks *c)
+{
+    int i;
+    for (i = 0; i < c->count; i++) {
+        const int *b = c->chunk[i].brick;
+        int brick = springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
+        c->dirty[brick] = c->has_mesh[brick] = 1; /* as if it had one: a chunk that has vanished is listed too */
+    }
+}
+
+/* Begins an update. No step is in progress. */
+SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks *chunks)
+{
+    if (chunks->state == SPRINGLS__CHUNKS_READY) springls__list_again(chunks);
+    memset(&ctx->step, 0, sizeof ctx->step);
+    memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->step.next = springls__chunks_update;
+    ctx->step.chunks = chunks;
+    ctx->step.stage = -1;
+    ctx->step.active = true;
+    chunks->state = SPRINGLS__CHUNKS_IN_PROGRESS;
 }
 
 /* ---- the calls ---- */
@@ -453,23 +626,74 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
 
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
 {
-    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+    if (!ctx || !chunks) return;
+    if (ctx->step.active && ctx->step.chunks == chunks) {
+        springls__abandon_step(ctx);
+        springls__end_reading(ctx);
+    }
+    springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks) return springls__fail_null(ctx, "chunks_begin", "chunks");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    springls__chunks_start(ctx, chunks);
+    return SPRINGLS_OK;
+}
+
+/* Continues an update until the clock shows *until; NULL: to its end. */
+SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, springls_chunks *chunks, const double *until,
+                                                       const springls_chunk **changed, int *count)
+{
+    springls_status status = SPRINGLS_OK;
+    if (chunks->state == SPRINGLS__CHUNKS_IN_PROGRESS) {
+        if (!ctx->step.active || ctx->step.chunks != chunks) SPRINGLS__TRY(springls_chunks_begin(ctx, chunks));
+        status = springls__resume_step(ctx, until);
+    }
+    if (status != SPRINGLS_OK) chunks->state = SPRINGLS__CHUNKS_IDLE;
+    if (chunks->state != SPRINGLS__CHUNKS_READY) return status;
+    springls__name_chunks(chunks);
+    *changed = chunks->chunk;
+    *count = chunks->count;
+    chunks->state = SPRINGLS__CHUNKS_IDLE;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+                                                      const springls_chunk **changed, int *count, bool *done)
+{
+    springls_status status;
+    double until;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count || !done)
+        return springls__fail_null(ctx, "chunks_continue",
+                                   !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
+    if (!(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: seconds is %s",
+                              seconds < 0.0 ? "negative" : "not a number");
+    if (chunks->state == SPRINGLS__CHUNKS_IDLE)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
+    until = springls__now(ctx) + seconds;
+    status = springls__chunks_continue(ctx, chunks, &until, changed, count);
+    *done = chunks->state == SPRINGLS__CHUNKS_IDLE;
+    return status;
 }
 
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count)
 {
-    springls_status status;
     if (changed) *changed = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count)
         return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
-    SPRINGLS__TRY(springls__begin_reading(ctx));
-    status = springls__chunks_update(ctx, chunks, count);
-    if (status == SPRINGLS_OK) *changed = chunks->chunk;
-    else *count = 0;
-    return springls__report_device_failure(ctx, status);
+    SPRINGLS__TRY(springls_chunks_begin(ctx, chunks));
+    return springls__chunks_continue(ctx, chunks, NULL, changed, count);
 }
 
 #endif

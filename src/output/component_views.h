@@ -40,8 +40,8 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
 
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
 {
-    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
-    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+    if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
 }
 
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)

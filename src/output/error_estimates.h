@@ -46,7 +46,7 @@ SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
         job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,

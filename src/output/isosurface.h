@@ -92,11 +92,13 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
+        const int springl = springls__vertex_springl(model)[begin]; /* without one the vertex is its own correspondence */
         springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
         springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
+        springls__window_to_world(springl < 0 ? &job->ctx->window : &job->ctx->original_window,
+                                  springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = springls__vertex_springl(model)[begin];
+        job->mesh->springls[begin] = springl;
     }
 }
 
@@ -152,7 +154,7 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
         springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
         springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
         for (m = 0; m < 3; m++) {
-            springls_to_world(ctx, &ctx->model.set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
+            springls__original_to_world(ctx, ctx->model.set.a[i], out->correspondences + 9 * i + 3 * m);
             memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
             out->springls[3 * i + m] = i;
             out->triangles[3 * i + m] = 3 * i + m;

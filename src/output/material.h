@@ -47,7 +47,7 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
 /* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
 {
-    return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
+    return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
 SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)

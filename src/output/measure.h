@@ -12,6 +12,17 @@
 #include "../solver/step.h"
 #include "isosurface.h"
 
+/* Converts voxels to the world as if the window had not moved: far away a float has too few digits for an area or a volume. */
+SPRINGLS__FN void springls__to_near_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    double x[3];
+    int i, k;
+    for (i = 0; i < count; i++, voxel += 3, world += 3) {
+        springls__transform(ctx->lattice_to_world, (double)voxel[0], (double)voxel[1], (double)voxel[2], x);
+        for (k = 0; k < 3; k++) world[k] = (float)x[k];
+    }
+}
+
 /* Sums the areas of all springls, world units. */
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
@@ -20,7 +31,7 @@ SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
     springls__tri t;
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
+        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
         t.a = springls__v3_make(corners[0], corners[1], corners[2]);
         t.b = springls__v3_make(corners[3], corners[4], corners[5]);
         t.c = springls__v3_make(corners[6], corners[7], corners[8]);
@@ -33,6 +44,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
 {
     springls__raw_mesh raw;
     springls__mesh_report report;
+    int k;
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
@@ -42,13 +54,16 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
-    springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
+    springls__to_near_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
                            springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
-    memcpy(out->lower, report.lo, sizeof out->lower);
-    memcpy(out->upper, report.hi, sizeof out->upper);
+    for (k = 0; k < 3; k++) {
+        double moved = ctx->window.to_world[4 * k + 3] - ctx->lattice_to_world[4 * k + 3];
+        out->lower[k] = (float)((double)report.lo[k] + moved);
+        out->upper[k] = (float)((double)report.hi[k] + moved);
+    }
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
     out->coverage = report.area > 0.0 ? springls__springls_area(ctx) / report.area : 0.0;
     out->components = report.components;
@@ -76,6 +91,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    if (!springls__is_unmoved(&ctx->window)) hash = springls__hash(hash, ctx->window.offset, sizeof ctx->window.offset);
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);

@@ -258,7 +258,7 @@ SPRINGLS__FN void springls__hit_none(springls_hit *out)
 SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
 {
     if (material->triangle < 0) return;
-    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__original_to_world(ctx, material->hit.point, out->material);
     springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
 }
 
@@ -366,7 +366,7 @@ SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
 SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
                                          double along[3])
 {
-    const double *m = ctx->to_voxel;
+    const double *m = ctx->window.to_voxel;
     const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
     const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     int k;
@@ -471,7 +471,8 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
-    if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
+    if (!(max_distance >= 0.0f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
     memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;

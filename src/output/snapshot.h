@@ -12,6 +12,7 @@
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../solver/step.h"
+#include "../stages/window.h"
 #include "snapshot_format.h"
 
 /* ---- writing ---- */
@@ -42,6 +43,8 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
                                        SPRINGLS__BRICK_VOXELS * sizeof(float), true);
     }
+    if (!springls__is_unmoved(&ctx->original_window))
+        stamp = springls__checksum(stamp, ctx->original_window.offset, sizeof ctx->original_window.offset, true);
     stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3), true);
     if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int), true);
     return ctx->reference_stamp = stamp | 1u;
@@ -72,6 +75,7 @@ SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls
     s->removed = stats->removed;
     s->reshaped = stats->reshaped;
     s->refused = stats->refused;
+    s->left = stats->left;
     s->volume_correction = stats->volume_correction;
     s->largest_displacement = stats->largest_displacement;
     s->moving_share = stats->moving_share;
@@ -106,6 +110,12 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
+    s->window_x = ctx->window.offset[0];
+    s->window_y = ctx->window.offset[1];
+    s->window_z = ctx->window.offset[2];
+    s->original_window_x = ctx->original_window.offset[0];
+    s->original_window_y = ctx->original_window.offset[1];
+    s->original_window_z = ctx->original_window.offset[2];
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
@@ -130,6 +140,7 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
 SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
     int32_t size[3];
+    double to_world[12];
     int i, a = springls__attribute_of(section);
     if (a >= 0) {
         springls__attribute_entry entry = s->attribute[a];
@@ -142,7 +153,8 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
     case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
     case SPRINGLS__SECTION_GRID:
         for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
-        springls__code_grid(c, size, ctx->to_world);
+        memcpy(to_world, ctx->lattice_to_world, sizeof to_world);
+        springls__code_grid(c, size, to_world);
         break;
     case SPRINGLS__SECTION_OF(S):
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
@@ -317,6 +329,14 @@ SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x 
 
 SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
+/* Returns whether a window can be there. */
+SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
+{
+    const int32_t limit = SPRINGLS__FURTHEST_WINDOW;
+    return x >= -limit && x <= limit && y >= -limit && y <= limit && z >= -limit && z <= limit && x % SPRINGLS__BRICK == 0
+        && y % SPRINGLS__BRICK == 0 && z % SPRINGLS__BRICK == 0;
+}
+
 /* Returns whether each number alone, and those that depend on each other, can be those of a model. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
@@ -330,6 +350,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
+        || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
@@ -541,7 +563,7 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
     springls__code_grid(&c, size, to_world);
-    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->to_world, sizeof to_world) != 0)
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
@@ -724,6 +746,7 @@ SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__sn
     stats->removed = s->removed;
     stats->reshaped = s->reshaped;
     stats->refused = s->refused;
+    stats->left = s->left;
     stats->volume_correction = s->volume_correction;
     stats->largest_displacement = s->largest_displacement;
     stats->moving_share = s->moving_share;
@@ -732,6 +755,10 @@ SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__sn
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
+    const int window[3] = { s->window_x, s->window_y, s->window_z };
+    const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
+    springls__place_window(ctx, &ctx->window, window);
+    springls__place_window(ctx, &ctx->original_window, original_window);
     ctx->model.set.count = s->springls;
     ctx->model.set.at_edges = s->at_edges;
     ctx->model.set.next_id = s->next_id;

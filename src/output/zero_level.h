@@ -172,7 +172,7 @@ typedef struct springls__level_search {
 /* Begins searches, whose places may follow each other; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
-    const double *m = ctx->to_world, *inverse = ctx->to_voxel;
+    const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
     bool oblique = false;
     int k;
     search->ctx = ctx;
@@ -252,7 +252,7 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
     uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
     int k, c, at[3], end[3];
     for (k = 0; k < 4; k++) {
-        springls__load_tile_row(g, g->phi, origin, border, y + (k & 1), z + (k >> 1), phi[k]);
+        springls__load_tile_row(g, g->phi, origin, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
         row[k] = springls__signs_of_row(phi[k]);
         some |= row[k];
         all &= row[k];
@@ -417,7 +417,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     double x[3];
     float phi, short_range, last = FLT_MAX;
     int k, center[3];
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     search->x = springls__world_to_model(ctx, world);
     for (k = 0; k < 3; k++) {
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);

@@ -113,12 +113,13 @@ typedef struct springls__kernel_run {
 /* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
 typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
 
-/* A loop that is run in pieces; floats: of memory for each lane (launch.h); pace: seconds an element of the last piece took. */
+/* A loop that is run in pieces; floats: of memory for each lane (launch.h); piece: elements of the last piece; pace:
+   seconds an element takes (resumable.h). */
 typedef struct springls__pieces {
     springls__loop_work work;
     void *arg;
     size_t floats;
-    int next, count, grain;
+    int next, count, grain, piece;
     double pace;
     springls__kernel_run kernel;
 } springls__pieces;
@@ -130,6 +131,8 @@ typedef struct springls__work {
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
     bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
+    int added;              /* resample, fill_gaps: how many springls are being added                           */
+    bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
@@ -180,6 +183,7 @@ typedef struct springls__stepping {
     const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
     double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
+    struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
@@ -192,10 +196,19 @@ typedef struct springls__stepping {
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
+/* Where on the lattice of springls_desc.grid a window of its size is: its first voxel is voxel `offset` there. */
+typedef struct springls__window {
+    int offset[3];           /* multiples of 8 */
+    double to_world[12];     /* row-major 3x4, voxel of the window -> world */
+    double to_voxel[12];
+} springls__window;
+
 struct springls_context {
     springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
-    double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
-    double to_voxel[12];
+    double lattice_to_world[12]; /* row-major 3x4, voxel of springls_desc.grid -> world                          */
+    springls__window window;     /* where the grid is: of phi, and of all springls but their correspondences     */
+    springls__window original_window; /* of correspondences, phi_ref and the original surface                    */
+    int home[3];                 /* window.offset after an input                                                 */
     float smallest_spacing, largest_spacing;
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */

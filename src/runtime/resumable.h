@@ -39,7 +39,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->floats = floats;
     loop->grain = grain;
     loop->count = count;
-    loop->next = 0;
+    loop->next = loop->piece = 0;
     loop->pace = 0.0;
 }
 
@@ -70,19 +70,23 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     if (springls__in_loop(ctx)) springls__run_next(ctx, loop->count - loop->next);
 }
 
-/* Grains in the smallest piece: a few, so that a few threads share it. */
-enum { SPRINGLS__PIECE_GRAINS = 4 };
+/* Grains in the smallest piece. */
+enum { SPRINGLS__PIECE_GRAINS = 2 };
 
-/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
+/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before.
+   Elements differ in cost, and those of one kind follow each other: the pace is that of the piece before, or of a slower one not
+   long ago. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
-    double now = springls__now(ctx), fits = loop->pace > 0.0 ? 0.5 * (until - now) / loop->pace : 0.0;
+    double now = springls__now(ctx), pace, fits = loop->pace > 0.0 ? 0.25 * (until - now) / loop->pace : 0.0;
     int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
-    if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
+    if (fits > (double)least) n = fits < 2.0 * loop->piece ? (int)fits / loop->grain * loop->grain : 2 * loop->piece;
     n = springls__imin(n, rest);
     springls__run_next(ctx, n);
-    loop->pace = (springls__now(ctx) - now) / (double)n;
+    pace = (springls__now(ctx) - now) / (double)n;
+    loop->pace = pace > 0.8 * loop->pace ? pace : 0.8 * loop->pace;
+    loop->piece = n;
 }
 
 /* Returns true when the smallest next piece would end after `until`. */

@@ -17,6 +17,7 @@
 #include "../stages/sleep.h"
 #include "../stages/unsigned_to_signed.h"
 #include "../stages/volume_lock.h"
+#include "../stages/window.h"
 #include "follow.h"
 
 /* ---- conditions of entries ---- */
@@ -239,18 +240,19 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
 {
     if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
-    if (ctx->motion.still || !springls__may_sleep(ctx)) return springls__rouse_moved(ctx);
-    return springls__find_awake(ctx, SPRINGLS__STIR_MOVING);
+    return springls__find_awake(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING);
 }
 
 SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
 
-/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in, or out of all
+   bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float displacement;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
+                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -272,6 +274,8 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__PLAN_MEASURE, SPRINGLS__PLAN_DECIDE };
+
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
 SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 {
@@ -282,7 +286,11 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     step->longest_substep = desc->dt;
     step->next = step->algorithm;
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (ctx->work.phase == SPRINGLS__PLAN_MEASURE) {
+        SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
+        return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
+    }
+    SPRINGLS__TRY(springls__max_speed_end(ctx, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
@@ -315,6 +323,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
+    SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \
     SPRINGLS__DO(springls__substep_advanced)
 /* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \

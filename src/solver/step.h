@@ -47,11 +47,13 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
     ctx->calls--;
     if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
     springls__abandon_step(ctx);
     return springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
+/* Ends the step, or the update of chunks, that is in progress, if any: whatever changes the model or needs its working memory calls
+   this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
@@ -76,7 +78,8 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
+                              (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
@@ -93,6 +96,11 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx)
+{
+    return ctx && ctx->step.active && !ctx->step.chunks;
+}
+
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
 {
     springls_status status;
@@ -103,13 +111,12 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (!(seconds >= 0.0))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
                               seconds < 0.0 ? "negative" : "not a number");
+    if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
 }
-
-SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx) { return ctx && ctx->step.active; }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {

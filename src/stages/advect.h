@@ -13,6 +13,8 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 }; /* voxels in one advect, with a window that follows: beyond it a float has no sixteenth of a voxel */
+
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
@@ -27,6 +29,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         for (axis = 0; axis < 3; axis++) {
             field->size[axis] = ctx->desc.grid.size[axis];
             field->from_voxel[5 * axis] = 1.0f;
+            field->from_voxel[4 * axis + 3] = (float)ctx->window.offset[axis];
         }
         return SPRINGLS_OK;
     }
@@ -36,7 +39,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
             product = column == 3 ? inverse[4 * axis + 3] : 0.0;
-            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->to_world[4 * k + column];
+            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->window.to_world[4 * k + column];
             field->from_voxel[4 * axis + column] = (float)product;
         }
     }
@@ -62,36 +65,47 @@ typedef struct springls__advect_memory {
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    springls_batch world; /* as callbacks get it where forces->world_units is set */
-    float world_points[3 * SPRINGLS__ADVECT_BLOCK], world_normals[3 * SPRINGLS__ADVECT_BLOCK];
-    float world_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
+    springls_batch given; /* as callbacks get it: on the lattice, or in the world where forces->world_units is set */
+    float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__advect_memory;
+
+/* Writes a place of a window as callbacks get it. */
+SPRINGLS__FN void springls__give_place(const springls__motion *motion, const springls__window *window, springls__v3 x, float *out)
+{
+    springls__v3 at = springls__to_lattice(window, x);
+    if (motion->forces.world_units) springls__window_to_world(window, x, out);
+    else memcpy(out, &at.x, 3 * sizeof *out);
+}
 
 /* Returns the batch that callbacks get. */
 SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
 {
+    const springls_context *ctx = motion->ctx;
     const springls_batch *batch = &block->batch;
     int i;
-    if (!motion->forces.world_units) return batch;
-    block->world = *batch;
-    block->world.points = block->world_points;
-    block->world.normals = block->world_normals;
-    block->world.correspondences = block->world_correspondences;
+    if (!motion->forces.world_units && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
+        return batch;
+    block->given = *batch;
+    block->given.points = block->given_points;
+    block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
-        springls__v3 n = springls__normal_to_world(motion->ctx, springls__load3(batch->normals + 3 * i));
-        springls__voxel_to_world(motion->ctx, springls__load3(batch->points + 3 * i), block->world_points + 3 * i);
-        springls__voxel_to_world(motion->ctx, block->a[i], block->world_correspondences + 3 * i);
-        block->world_normals[3 * i] = n.x;
-        block->world_normals[3 * i + 1] = n.y;
-        block->world_normals[3 * i + 2] = n.z;
+        springls__give_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
+        springls__give_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
     }
-    return &block->world;
+    if (!motion->forces.world_units) return &block->given;
+    block->given.normals = block->given_normals;
+    for (i = 0; i < batch->count; i++) {
+        springls__v3 n = springls__normal_to_world(ctx, springls__load3(batch->normals + 3 * i));
+        memcpy(block->given_normals + 3 * i, &n.x, 3 * sizeof(float));
+    }
+    return &block->given;
 }
 
 /* Returns a velocity of a callback or a sampled field in voxels. */
 SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
 {
-    const double *m = motion->ctx->to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
     if (!motion->forces.world_units) return springls__load3(v);
     return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
                              (float)(m[8] * x + m[9] * y + m[10] * z));
@@ -171,8 +185,8 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
-            float q[3] = { x[m * count + i].x, x[m * count + i].y, x[m * count + i].z }, v[3];
-            if (motion->forces.world_units) springls__voxel_to_world(motion->ctx, x[m * count + i], q);
+            float q[3], v[3];
+            springls__give_place(motion, &motion->ctx->window, x[m * count + i], q);
             for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
             slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
         }
@@ -346,8 +360,12 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
         if (lower[k] > upper[k])
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
-    motion->rule.region_lower = motion->has_region ? springls__load3(lower) : springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    motion->rule.region_upper = motion->has_region ? springls__load3(upper) : springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
+    motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    motion->rule.region_upper = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    if (!motion->has_region) return SPRINGLS_OK;
+    motion->rule.region_lower = springls__from_lattice(&ctx->window, springls__load3(lower));
+    motion->rule.region_upper = springls__from_lattice(&ctx->window, springls__load3(upper));
     return SPRINGLS_OK;
 }
 
@@ -358,6 +376,9 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     memset(motion, 0, sizeof *motion);
     motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces.integrator is no springls_integrator: %d",
+                              (int)forces->integrator);
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
@@ -591,6 +612,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
+    if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
+                              (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
         springls__constellation_moved(ctx);
@@ -600,19 +624,32 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+/* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
+SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)
 {
     springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace_all(motion)));
-    springls__finish_loop(ctx);
+    return springls__displace_all(motion);
+}
+
+/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. */
+SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, float *speed)
+{
+    springls__motion *motion = &ctx->motion;
     springls__displaced(motion);
     if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     *speed = motion->moved;
     return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
+    springls__finish_loop(ctx);
+    return springls__max_speed_end(ctx, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */

@@ -231,7 +231,7 @@ SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double vo
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
-    const double scale = fabs(springls__determinant(ctx->to_world));
+    const double scale = fabs(springls__determinant(ctx->window.to_world));
     int nodes = graph->previous_count + graph->labels.count, i;
     springls__largest_link *largest;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, largest_links, nodes));
@@ -256,7 +256,7 @@ SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, co
                                            springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
-    double scale = fabs(springls__determinant(ctx->to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
+    double scale = fabs(springls__determinant(ctx->window.to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
     memset(out, 0, sizeof *out);
     out->id = item->id;
     out->cavity = item->cavity;

@@ -11,16 +11,17 @@
 #include "sleep.h"
 
 /* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
-   a step as long as d_max a good springl is further from the old zero level than contract allows. */
+   a step as long as d_max a good springl is further from the old zero level than contract allows. Ends with a loop. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
+    springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
 enum {
     SPRINGLS__CONTRACT_JUDGE,
     SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_RESHAPED,
     SPRINGLS__CONTRACT_MERGE,
     SPRINGLS__CONTRACT_MERGED,
     SPRINGLS__CONTRACT_REMOVE
@@ -40,7 +41,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
     case SPRINGLS__CONTRACT_RESHAPE:
-        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
+    case SPRINGLS__CONTRACT_RESHAPED:
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
@@ -57,6 +60,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
+        springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
+        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));

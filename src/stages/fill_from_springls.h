@@ -23,28 +23,38 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Chooses among them, and adds as many as there is room for. */
+/* Returns whether some seeds are neither chosen nor dropped yet. */
+SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+{
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+}
+
+/* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-    }
     springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
-    ctx->stats.added += room;
+    ctx->work.added = room;
     if (room == 0) return SPRINGLS_OK;
     args.insert.count = room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    springls__constellation_added(ctx, room);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, count, room);
-    springls__constellation_changed(ctx);
+    springls__loop(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     return SPRINGLS_OK;
+}
+
+/* Makes the seeds that were written springls of the model. */
+SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
+{
+    int count = ctx->model.set.count, added = ctx->work.added;
+    if (added == 0) return;
+    ctx->stats.added += added;
+    springls__constellation_added(ctx, added);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+    springls__constellation_changed(ctx);
 }
 
 #endif

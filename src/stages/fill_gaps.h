@@ -59,7 +59,14 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
-enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+enum {
+    SPRINGLS__FILL_FIND_SEEDS,
+    SPRINGLS__FILL_CHOOSE_SEEDS,
+    SPRINGLS__FILL_SEEDS_CHOSEN,
+    SPRINGLS__FILL_SEEDS_INSERTED,
+    SPRINGLS__FILL_FIND_EXPOSED,
+    SPRINGLS__FILL_EXPOSED
+};
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
@@ -71,9 +78,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     case SPRINGLS__FILL_FIND_SEEDS:
         if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
-    case SPRINGLS__FILL_INSERT_SEEDS:
+        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
+    case SPRINGLS__FILL_CHOOSE_SEEDS:
+        if (springls__seeds_undecided(ctx)) {
+            springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+            return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
+        }
         SPRINGLS__TRY(springls__insert_seeds(ctx));
+        return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
+    case SPRINGLS__FILL_SEEDS_CHOSEN:
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
+    case SPRINGLS__FILL_SEEDS_INSERTED:
+        springls__seeds_inserted(ctx);
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
         return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
     case SPRINGLS__FILL_FIND_EXPOSED:

@@ -401,7 +401,7 @@ SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__l
 /* Finds the matrix of directed areas: the cofactors of voxel -> world. */
 SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
 {
-    const double *m = ctx->to_world;
+    const double *m = ctx->window.to_world;
     int i, j;
     for (i = 0; i < 3; i++)
         for (j = 0; j < 3; j++) {

@@ -14,25 +14,27 @@
 #include "evolve.h"
 #include "rebuild.h"
 
-/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
-   which is found again when it is next used. */
-SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
+/* Returns whether phi_next has voxels whose side is unknown. */
+SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
 {
-    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+}
+
+enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
+
+/* Resolves unknown sides from their neighbors, one round of SPRINGLS__SIDE_ROUNDS. This needs a third field: the memory of omega,
+   which is found again when it is next used. Ends with a loop. */
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
+{
     const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
     const springls__grid *g = &ctx->model.grid;
-    int i;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
-    springls__omega_constant(ctx, g->far_value, -g->far_value);
-    for (i = 0; i < voxels; i++) {
-        springls__arguments args;
-        args.resolve.last = i == voxels - 1;
-        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
-        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
-    }
-    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
+    springls__arguments args;
+    if (round == 0) springls__omega_constant(ctx, g->far_value, -g->far_value);
     ctx->omega_fresh = false;
+    args.resolve.first = round == 0;
+    args.resolve.last = round == SPRINGLS__SIDE_ROUNDS - 1;
+    args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+    springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
 /* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
@@ -47,87 +49,132 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Joins the parts of limbs that run between voxels, in the bricks that have joint candidates. Parts that have joined each other
-   in the first round may join the rest in the second. */
-SPRINGLS__FN void springls__join_parts(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined. */
+SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    int rounds = 2;
-    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), bricks, 1) == 0) return;
-    for (; rounds > 0; rounds--) {
-        springls__run(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
-        springls__swap_phi(ctx);
-    }
-}
-
-/* Joins the parts of limbs and removes small parts, in a level set that has just been made. */
-SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
-{
-    if (!springls__removes_specks(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
-    springls__join_parts(ctx);
-    springls__run(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-    springls__swap_phi(ctx);
-    return SPRINGLS_OK;
+    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
-    SPRINGLS__PROJECT_PHI,
-    SPRINGLS__PROJECT_COMMIT,
-    SPRINGLS__PROJECT_JOINED,
-    SPRINGLS__PROJECT_NO_SPECKS,
-    SPRINGLS__PROJECT_SWEEP,
-    SPRINGLS__PROJECT_SWEPT
+    SPRINGLS__TIDY_FIND,
+    SPRINGLS__TIDY_JOIN,
+    SPRINGLS__TIDY_JOINED,
+    SPRINGLS__TIDY_SPECKS,
+    SPRINGLS__TIDY_SPECKS_REMOVED
 };
+
+/* Joins the parts of limbs, in the bricks that have joint candidates, and removes small parts. Parts that have joined each other in
+   the first round may join the rest in the second. after: the stage that follows; NULL: none. */
+SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__stage_fn after)
+{
+    const int rounds = 2, bricks = ctx->model.grid.active_count;
+    switch (ctx->work.phase) {
+    case SPRINGLS__TIDY_FIND:
+        if (!springls__removes_specks(ctx)) break;
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
+        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
+    case SPRINGLS__TIDY_JOIN:
+        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+            return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
+        springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
+    case SPRINGLS__TIDY_JOINED:
+        springls__swap_phi(ctx);
+        ctx->work.repetition++;
+        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
+    case SPRINGLS__TIDY_SPECKS:
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS_REMOVED);
+    case SPRINGLS__TIDY_SPECKS_REMOVED:
+    default:
+        springls__swap_phi(ctx);
+    }
+    return after ? springls__next_stage(ctx, after) : SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__tidy_alone(springls_context *ctx) { return springls__tidy(ctx, NULL); }
+
+/* Tidies a level set that has just been made. */
+SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
+{
+    return springls__run_to_completion(ctx, springls__tidy_alone);
+}
+
+enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
+
+/* Makes the projected level set a distance again beyond the springls. */
+SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
+{
+    const int sweeps = 2;
+    if (ctx->work.phase == SPRINGLS__SWEPT) {
+        springls__swap_phi(ctx);
+        if (++ctx->work.repetition == sweeps)
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+    }
+    springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+    return springls__next_phase(ctx, SPRINGLS__SWEPT);
+}
+
+SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
+
+enum {
+    SPRINGLS__PROJECT_BEGIN,
+    SPRINGLS__PROJECT_ORIENT,
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_SIDES,
+    SPRINGLS__PROJECT_RESOLVED,
+    SPRINGLS__PROJECT_COMMIT
+};
+
+/* Prepares the loops of the stage. */
+SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+    SPRINGLS__TRY(
+        springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    return springls__find_overlap(ctx);
+}
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
-    const int sweeps = 2;
+    const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
-    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_PHI:
+    case SPRINGLS__PROJECT_BEGIN:
+        ctx->work.carries = carry;
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, ctx->model.grid.active_count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats,
-                                              ctx->model.grid.active_count));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
-        SPRINGLS__TRY(springls__find_overlap(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
+    case SPRINGLS__PROJECT_ORIENT:
+        SPRINGLS__TRY(springls__project_begin(ctx));
+        springls__loop(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_PHI);
+    case SPRINGLS__PROJECT_PHI:
         args.project.carry = carry;
-        args.project.max_displacement = *displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
+        args.project.max_displacement = ctx->work.displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, g->active_count, &args);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
+    case SPRINGLS__PROJECT_SIDES:
+        if (ctx->work.repetition == 0) springls__find_opposed(ctx);
+        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+            return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+        springls__resolve_sides(ctx, ctx->work.repetition);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
+    case SPRINGLS__PROJECT_RESOLVED:
+        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
+        if (++ctx->work.repetition < SPRINGLS__SIDE_ROUNDS) return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
+        springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
-        springls__find_opposed(ctx);
-        if (carry) {
-            springls__resolve_sides(ctx);
-            springls__mark_phi_synced(ctx);
-        }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!springls__removes_specks(ctx)) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_JOINED);
-    case SPRINGLS__PROJECT_JOINED:
-        springls__join_parts(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
-    case SPRINGLS__PROJECT_NO_SPECKS:
-        springls__swap_phi(ctx);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-    case SPRINGLS__PROJECT_SWEEP:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
-    case SPRINGLS__PROJECT_SWEPT:
     default:
-        springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
+        if (carry) springls__mark_phi_synced(ctx);
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(ctx->work.displacement, g->far_value) : 1);
+        return springls__next_stage(ctx, springls__tidy_projected);
     }
 }
 

@@ -16,15 +16,13 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Adds the bricks that the band has reached, and drops those that it has left. */
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     uint32_t *mask;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
     ctx->cells_fresh = false; /* they live in the bricks */
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
@@ -60,6 +58,22 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
+
+/* Moves the band to where phi is small now. */
+SPRINGLS__FN springls_status springls__band_follow(springls_context *ctx)
+{
+    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_bricks(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, ctx->model.grid.active_count));
+    springls__loop(ctx, SPRINGLS__KERNEL_band, ctx->model.grid.active_count, NULL);
+    return springls__next_phase(ctx, SPRINGLS__BAND_CHANGE);
+}
+
+SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
+{
+    return springls__run_to_completion(ctx, springls__band_follow);
+}
+
 enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
@@ -72,7 +86,7 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
     case SPRINGLS__REBUILD_SWEEP:
     default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
+        if (ctx->work.repetition++ == sweeps) return springls__next_stage(ctx, springls__band_follow);
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }

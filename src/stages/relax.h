@@ -11,6 +11,7 @@
 
 enum {
     SPRINGLS__RELAX_BEGIN,
+    SPRINGLS__RELAX_SHORTENED,
     SPRINGLS__RELAX_FIND_NEIGHBORS,
     SPRINGLS__RELAX_ITERATE,
     SPRINGLS__RELAX_ITERATED,
@@ -36,11 +37,12 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
     case SPRINGLS__RELAX_BEGIN:
         if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (params->cover) {
-            springls__run(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-            springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
-            ctx->work.kept = true;
-        }
+        if (!params->cover) return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
+        springls__loop(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_SHORTENED);
+    case SPRINGLS__RELAX_SHORTENED:
+        springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
+        ctx->work.kept = true;
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
         SPRINGLS__TRY(springls__neighbors_build(ctx));
@@ -76,11 +78,16 @@ SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
     return status;
 }
 
+enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
+
 /* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
-    if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
+        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
+    }
     ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }

@@ -4,34 +4,56 @@
 
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
+#include "../runtime/resumable.h"
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "inherit.h"
 #include "sleep.h"
 
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
+{
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    ctx->work.added = springls__imin(wanted, room);
+    ctx->stats.refused += wanted - ctx->work.added;
+    return SPRINGLS_OK;
+}
+
+enum { SPRINGLS__RESAMPLE_FIND, SPRINGLS__RESAMPLE_SPLIT, SPRINGLS__RESAMPLE_STORE, SPRINGLS__RESAMPLE_STORED };
+
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
+    const int count = ctx->model.set.count;
     springls__arguments args;
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
-    splits = springls__imin(wanted, room);
-    ctx->stats.refused += wanted - splits;
-    if (splits == 0) return SPRINGLS_OK;
-    args.insert.count = splits;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
-    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-    springls__constellation_added(ctx, splits);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, count, splits);
-    ctx->stats.split += splits;
-    springls__constellation_changed(ctx);
-    springls__attributes_after_split(ctx, count);
-    return SPRINGLS_OK;
+    switch (ctx->work.phase) {
+    case SPRINGLS__RESAMPLE_FIND:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+        springls__loop(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_SPLIT);
+    case SPRINGLS__RESAMPLE_SPLIT:
+        SPRINGLS__TRY(springls__count_splits(ctx));
+        if (ctx->work.added == 0) return SPRINGLS_OK;
+        args.insert.count = ctx->work.added;
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
+        SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
+        springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORE);
+    case SPRINGLS__RESAMPLE_STORE:
+        args.insert.count = ctx->work.added;
+        springls__loop(ctx, SPRINGLS__KERNEL_split_store, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
+    case SPRINGLS__RESAMPLE_STORED:
+    default:
+        springls__constellation_added(ctx, ctx->work.added);
+        springls__stir(ctx, SPRINGLS__STIR_ALL, count, ctx->work.added);
+        ctx->stats.split += ctx->work.added;
+        springls__constellation_changed(ctx);
+        springls__attributes_after_split(ctx, count);
+        return SPRINGLS_OK;
+    }
 }
 
 #endif

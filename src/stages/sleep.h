@@ -4,6 +4,7 @@
 
 #include "../../kernels_embed/stages/sleep.h"
 #include "../runtime/launch.h"
+#include "../runtime/resumable.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 
@@ -28,13 +29,23 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
-/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. */
+enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
+
+/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
+   sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    if (!springls__may_sleep(ctx)) {
+        springls__wake_all(ctx);
+        return SPRINGLS_OK;
+    }
+    if (ctx->work.phase == SPRINGLS__ROUSE_MEASURE) {
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+        springls__loop(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__ROUSE_STIR);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
     springls__stir(ctx, which, 0, ctx->model.set.count);
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
@@ -44,16 +55,14 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int whi
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
-    ctx->at_rest = awake == 0;
+    ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
     return SPRINGLS_OK;
 }
 
-/* Finds the bricks that have to follow springls which have moved before; wakes all where nothing may sleep. */
+/* Finds the bricks that have to follow springls which have moved before. */
 SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
 {
-    if (springls__may_sleep(ctx)) return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
-    springls__wake_all(ctx);
-    return SPRINGLS_OK;
+    return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
 }
 
 #endif

@@ -20,7 +20,10 @@
 #include "../stages/keep_edges.h"
 #include "../stages/project.h"
 #include "../stages/rebuild.h"
+#include "../stages/window.h"
 #include "../solver/step.h"
+#include "../lifecycle/create.h"
+#include "../output/snapshot.h"
 
 /* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
    surface, by the direction they face. */
@@ -354,6 +357,66 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     return SPRINGLS_OK;
 }
 
+/* ---- windows ---- */
+
+/* Widens [lower, upper], voxels of a window at `offset`, to the particles of a model along an axis. */
+SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *offset, int axis, double *lower, double *upper)
+{
+    const double moved = (double)ctx->window.offset[axis] - (double)offset[axis];
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        double x = (double)(axis == 0 ? p.x : axis == 1 ? p.y : p.z) + moved;
+        if (x < *lower) *lower = x;
+        if (x > *upper) *upper = x;
+    }
+}
+
+/* Moves the window of a model to the middle of both models. */
+SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
+{
+    int bricks[3], axis;
+    for (axis = 0; axis < 3; axis++) {
+        double lower = DBL_MAX, upper = -DBL_MAX;
+        springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
+        springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
+        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+    }
+    return springls__move_window(ctx, bricks);
+}
+
+/* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
+SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
+{
+    springls_status status;
+    size_t size;
+    void *block;
+    SPRINGLS__TRY(springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = springls__allocate(to, size);
+    if (!block) return springls__fail(to, SPRINGLS_OUT_OF_MEMORY, "out of memory");
+    status = springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size);
+    if (status == SPRINGLS_OK) status = springls_restore(to, block, size);
+    springls__release(to, block, size);
+    return status;
+}
+
+/* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
+SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
+{
+    springls_desc desc = ctx->desc;
+    springls_status status;
+    int bricks[3], axis;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    status = springls__copy_model(*copy, other);
+    if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
+    for (axis = 0; axis < 3; axis++)
+        bricks[axis] = (ctx->window.offset[axis] - other->window.offset[axis]) / SPRINGLS__BRICK;
+    if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
+}
+
 /* ---- the call ---- */
 
 /* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
@@ -412,7 +475,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
-        || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
+        || memcmp(ctx->lattice_to_world, other->lattice_to_world, sizeof ctx->lattice_to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
     if (ctx->model.params.band_half_width != other->model.params.band_half_width)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
@@ -422,9 +485,22 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Combines a model with another one in the same window, and empties it on failure. */
+SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, springls_operation operation,
+                                                         springls_context *other)
 {
     springls__surface surfaces[2];
+    springls_status status;
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    springls_context *copy = NULL;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -434,11 +510,12 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    memset(surfaces, 0, sizeof surfaces);
-    status = springls__combine(ctx, operation, other, surfaces);
-    springls__surface_free(ctx, &surfaces[0]);
-    springls__surface_free(ctx, &surfaces[1]);
-    return springls__clear_on_failure(ctx, status);
+    if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
+    if (ctx->desc.follow && operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
+    status = springls__copy_into_window(ctx, other, &copy);
+    if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
+    springls_destroy(copy);
+    return status;
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
@@ -455,6 +532,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     desc.backend = NULL;
     if (springls_create(&desc, &other) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    memcpy(other->home, ctx->window.offset, sizeof other->home);
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
     else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);

@@ -136,7 +136,7 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__resample(ctx));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__resample));
     }
     return SPRINGLS_OK;
 }

@@ -86,6 +86,31 @@ static void released(const char *function, const void *handle)
     if (object && --object->references == 0) *object = objects[--object_count];
 }
 
+/* ---- kernels that have been started ---- */
+
+typedef struct stub_launch { cl_kernel kernel; size_t local; } stub_launch;
+
+static stub_launch launched[1024];
+static int launch_count;
+
+static void started(cl_kernel kernel, size_t local)
+{
+    int i;
+    for (i = 0; i < launch_count; i++)
+        if (launched[i].kernel == kernel && launched[i].local == local) return;
+    if (launch_count == 1024) abort();
+    launched[launch_count].kernel = kernel;
+    launched[launch_count++].local = local;
+}
+
+/* A handle may come again. */
+static void forget_kernel(cl_kernel kernel)
+{
+    int i;
+    for (i = launch_count - 1; i >= 0; i--)
+        if (launched[i].kernel == kernel) launched[i] = launched[--launch_count];
+}
+
 /* ---- what tests call ---- */
 
 static void begin(void) { memset(&stub, 0, sizeof stub); }
@@ -101,6 +126,7 @@ static void fail(const char *function, int call, int error, int on)
 static void hide_platforms(int hidden) { stub.hidden = hidden; }
 static int calls(const char *function) { return function ? *calls_of(function) : stub.counts[0].calls; }
 static int live(void) { return object_count; }
+static int launches(void) { return launch_count; }
 
 static int live_memories(void)
 {
@@ -113,7 +139,7 @@ static const char *misuse(void) { return stub.misuse; }
 static const char *failed(void) { return stub.failed; }
 
 extern const stub_controls stub_control;
-const stub_controls stub_control = { begin, fail, hide_platforms, calls, live, live_memories, misuse, failed };
+const stub_controls stub_control = { begin, fail, hide_platforms, calls, launches, live, live_memories, misuse, failed };
 
 /* ---- OpenCL ---- */
 
@@ -284,6 +310,7 @@ cl_kernel clCreateKernel(cl_program program, const char *name, cl_int *code)
 cl_int clReleaseKernel(cl_kernel kernel)
 {
     released("clReleaseKernel", kernel);
+    forget_kernel(kernel);
     return REAL(clReleaseKernel, kernel);
 }
 
@@ -300,6 +327,7 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
     MAY_FAIL(clEnqueueNDRangeKernel);
     used("clEnqueueNDRangeKernel", queue);
     used("clEnqueueNDRangeKernel", kernel);
+    started(kernel, local ? *local : 0);
     return REAL(clEnqueueNDRangeKernel, queue, kernel, dimensions, offset, global, local, wait_count, wait, event);
 }
 

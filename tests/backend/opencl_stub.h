@@ -11,6 +11,8 @@ typedef struct stub_controls {
     /* Platforms are found, none of them. */
     void (*hide_platforms)(int hidden);
     int (*calls)(const char *function);
+    /* Pairs of a kernel and a size of its work group that have been started so far: a driver may compile each. */
+    int (*compiled)(void);
     /* Objects that are not released; of memory alone. */
     int (*objects)(void);
     int (*memories)(void);

@@ -154,6 +154,93 @@ TEST queues_of_the_caller(void)
     PASS();
 }
 
+/* ---- springls_cl_prepare ---- */
+
+typedef struct preparing { int reports, stop; float fraction; bool ordered; } preparing;
+
+FIXTURE int prepare_report(void *user, float fraction)
+{
+    preparing *p = (preparing *)user;
+    p->ordered = p->ordered && fraction > p->fraction;
+    p->fraction = fraction;
+    return ++p->reports == p->stop;
+}
+
+FIXTURE springls_status prepare(springls_backend *backend, int stop, preparing *p)
+{
+    springls_progress progress = { prepare_report, p };
+    memset(p, 0, sizeof *p);
+    p->stop = stop;
+    p->ordered = true;
+    return springls_cl_prepare(backend, &progress);
+}
+
+/* After it no step starts a kernel that has not run. */
+TEST kernels_are_compiled_before_the_first_step(void)
+{
+    const int kernels = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT;
+    springls_sphere ball = { { 9.5f, 9.5f, 9.5f }, 5.0f };
+    springls_desc desc;
+    springls_step_desc step;
+    springls_forces forces;
+    springls_deformation_flow flow = { 20.0f, 2.0f };
+    springls_backend *backend;
+    springls_context *ctx;
+    fault_log log;
+    preparing p;
+    int compiled, i;
+    NEEDS_STUB();
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_prepare(NULL, NULL));
+    fault_count();
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
+    compiled = stub->compiled();
+    ASSERT_STATUS(SPRINGLS_CANCELLED, prepare(backend, 5, &p));
+    ASSERT_EQ(5, p.reports);
+    ASSERT_EQ(compiled + 5, stub->compiled());
+    ASSERT_OK(prepare(backend, 0, &p));
+    ASSERT_EQ(kernels, p.reports);
+    ASSERT(p.ordered && p.fraction == 1.0f);
+    ASSERT_EQ(compiled + kernels, stub->compiled());
+    ASSERT_OK(springls_cl_prepare(backend, NULL));
+    memset(&desc, 0, sizeof desc);
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 20;
+    desc.backend = backend;
+    forces.velocity = springls_velocity_deformation;
+    forces.user = &flow;
+    step.forces = &forces;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+    for (i = 0; i < 26; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_GT(springls_cl_get_counts(backend).kernels, 100);
+    ASSERT_EQ(compiled + kernels, stub->compiled());
+    springls_destroy(ctx);
+    springls_cl_destroy(backend);
+    ASSERT_EQ(0, log.errors + log.warnings);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* A device that fails meanwhile: one error. */
+TEST preparing_fails(const char *function, int error)
+{
+    fault_log log;
+    springls_backend *backend;
+    preparing p;
+    NEEDS_STUB();
+    fault_count();
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
+    stub->fail(function, stub->calls(function) + (strcmp(function, "clCreateBuffer") ? 3 : 0), error, 0);
+    ASSERT_STATUS(springls__cl_status(error), prepare(backend, 0, &p));
+    ASSERT_EQ(1, log.errors);
+    ASSERT(strstr(log.error, "opencl: prepare: ") != NULL);
+    ASSERT_OK(prepare(backend, 0, &p));
+    springls_cl_destroy(backend);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
 /* A copy of the stub whose symbol `name` is called otherwise. */
 FIXTURE bool fault_library_without(const char *name, const char *path)
 {
@@ -401,6 +488,11 @@ SUITE(making)
     RUN_TEST(no_platform_and_no_library);
     RUN_TEST(queues_of_the_caller);
     RUN_TEST(functions_are_missing);
+    RUN_TEST(kernels_are_compiled_before_the_first_step);
+    RUN_TESTp(preparing_fails, "clEnqueueNDRangeKernel", CL_OUT_OF_RESOURCES);
+    RUN_TESTp(preparing_fails, "clFinish", CL_DEVICE_NOT_AVAILABLE);
+    RUN_TESTp(preparing_fails, "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    RUN_TESTp(preparing_fails, "clSetKernelArg", CL_OUT_OF_HOST_MEMORY);
 }
 
 SUITE(working)

@@ -134,7 +134,7 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
 /* ---- lives ---- */
 
 enum { LIFE_FLUID, LIFE_FLUID_PAPER, LIFE_ELASTIC, LIFE_ELASTIC_PAPER, LIFE_SEGMENT, LIFE_SEGMENT_PAPER, LIFE_PRESERVED, LIFE_BOX, LIFE_THIN,
-       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIFE_ASLEEP, LIVES };
+       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIFE_ASLEEP, LIFE_CARRIED, LIVES };
 
 enum { LIFE_SIZE = 32 };
 
@@ -150,7 +150,7 @@ typedef struct life {
 FIXTURE const char *life_name(int which)
 {
     static const char *const names[LIVES] = { "fluid", "fluid, paper", "elastic", "elastic, paper", "segmentation", "segmentation, paper",
-                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow", "asleep" };
+                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow", "asleep", "carried" };
     return names[which];
 }
 
@@ -245,6 +245,13 @@ FIXTURE void life_make(life *l, int which)
         l->params.lazy_distance = 0.0f;
         l->step.dt = 1.0f;
         l->steps = 32;
+        break;
+    case LIFE_CARRIED: /* round a far place, in a window that follows */
+        l->forces = fixture_forces(springls_velocity_rotation, &l->rotation);
+        l->rotation.center[1] = 150.0f;
+        l->rotation.angular_velocity = 0.02f;
+        l->step.dt = 1.0f;
+        l->step.max_displacement = 2.0f;
         break;
     case LIFE_LABELS:
         l->forces = fixture_forces(history_inwards, NULL);
@@ -368,6 +375,7 @@ FIXTURE springls_context *life_context(const life *l, springls_backend *backend)
     springls_desc desc = fixture_desc(LIFE_SIZE, &l->params);
     springls_context *ctx = NULL;
     desc.backend = backend;
+    desc.follow = l->which == LIFE_CARRIED;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return NULL;
     if (life_begin(l, ctx) == SPRINGLS_OK && (l->which != LIFE_FLUID || life_mask(ctx) == SPRINGLS_OK)) return ctx;
     springls_destroy(ctx);

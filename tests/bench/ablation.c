@@ -132,12 +132,14 @@ static void case_row(struct table *table, const struct motion_case *c, int order
 {
 #define MEAN(figure) motion_mean(c, orders, MOTION_##figure)
     const struct motion_spread tracking = motion_spread(c, orders, MOTION_tracking_mean);
-    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", c->name,
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", c->name,
               cell2("%.4f / %.2f", MEAN(deformation_mean), MEAN(deformation_max)),
               cell2("%.4f / %.2f", MEAN(tracking_mean), MEAN(tracking_max)), cell2("%.4f..%.4f", tracking.least, tracking.most),
               cell2("%.4f / %.2f", MEAN(halfway_mean), MEAN(halfway_max)), cell("%.4f", MEAN(surface_mean)),
               cell("%+.3f %%", MEAN(volume_end)), cell("%.3g", MEAN(components_end)), cell("%.3g", MEAN(euler_end)),
-              cell("%.0f", MEAN(springls_mean)), cell("%.0f", MEAN(steps)), cell("%.2f", MEAN(cpu_ms_a_step)),
+              cell2("%.2f..%.2f", motion_spread(c, orders, MOTION_coverage_least).least,
+                    motion_spread(c, orders, MOTION_coverage_most).most),
+              cell("%.0f %%", 100.0 * MEAN(covered_mean)), cell("%.0f", MEAN(springls_mean)), cell("%.0f", MEAN(steps)), cell("%.2f", MEAN(cpu_ms_a_step)),
               cell("%.2f", MEAN(cpu_seconds)));
 #undef MEAN
 }
@@ -147,7 +149,7 @@ static void print_cases(const char *title, const struct motion_case *whole, cons
     static struct table table;
     table_begin(&table);
     table_row(&table, "%s|deformation mean / max|tracking mean / max|tracking, orders|halfway mean / max|surface mean|"
-                      "volume change|parts|Euler|springls|steps|ms a step|s", title);
+                      "volume change|parts|Euler|springls' area|covered|springls|steps|ms a step|s", title);
     case_row(&table, whole, orders);
     for (int i = 0; i < IMPROVEMENTS; ++i) {
         case_row(&table, &cases[i], orders);

@@ -5,6 +5,7 @@
  *   FULL=1 make bench       LeVeque's test on 512^3 as well: minutes
  *   CC=clang make bench     the compiler of the compile-time rows
  *   ONLY=opencl, ONLY=frames, ONLY=queries   that table alone
+ *   ONLY=cover              how well springls cover the surface, alone (make coverage); HEAD_SCAN, HEAD_LEVEL: of the brain
  *
  * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
 #define _POSIX_C_SOURCE 200809L
@@ -293,6 +294,21 @@ static void push_row(struct bench *bench, int grid, int threads, struct table *t
               run_number(run, "frame_ms.p50") <= 1e3 / 60.0 ? "yes" : "no");
 }
 
+/* What calls with a budget of 2 ms take. */
+static void budget_row(struct bench *bench, int grid, int threads, struct table *table)
+{
+    struct run *run = new_run(bench, "budget", 10 * grid + threads);
+    if (threads > 1) {
+        return;
+    }
+    run_command(run, "build/bench/frames %d %d", grid, threads);
+    execute(run);
+    table_row(table, "flow %d^3|%s|%s|%s|%s|%s|%s", grid, run_cell(run, "%.0f", "step_budget.calls"),
+              run_cell(run, "%.2f %%", "step_budget.over_3_ms_percent"), run_cell(run, "%.1f ms", "step_budget.longest_ms"),
+              run_cell(run, "%.0f", "chunks_budget.calls"), run_cell(run, "%.2f %%", "chunks_budget.over_3_ms_percent"),
+              run_cell(run, "%.1f ms", "chunks_budget.longest_ms"));
+}
+
 /* The first frames of build/morph's own pair: skinning, the target in its pose, ten iterations of the contour. */
 static void morph_row(struct bench *bench, int grid, int threads, struct table *table)
 {
@@ -311,6 +327,7 @@ static void frames(struct bench *bench)
         void (*row)(struct bench *bench, int grid, int threads, struct table *table);
     } tasks[] = {
         {"a frame|threads|springls|p50|p95|of which chunks, p50|processor, p50|chunks that change|at rest|60 a second", push_row},
+        {"calls of 2 ms|of steps|above 3 ms|longest|of chunks with correspondences|above 3 ms|longest", budget_row},
         {"a frame|threads|mean|skinning|target|contour", morph_row},
     };
     static struct table table;
@@ -349,6 +366,47 @@ static void queries(struct bench *bench, int grid)
         snprintf(watertight, sizeof watertight, "watertight.%s", names[i][1]);
         snprintf(soup, sizeof soup, "soup.%s", names[i][1]);
         table_row(&table, "%s|%s|%s", names[i][0], run_cell(run, names[i][2], watertight), run_cell(run, names[i][2], soup));
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
+/* ---- coverage ---- */
+
+static void coverage_row(struct table *table, struct run *run, const char *name)
+{
+    execute(run);
+    table_row(table, "%s|%s|%s|%s|%s|%s", name, cell("%.1f %%", 100.0 * run_number(run, "covered_mean")),
+              cell("%.1f %%", 100.0 * run_number(run, "covered_min")), cell("%.1f %%", 100.0 * run_number(run, "covered_twice_max")),
+              cell2("%.2f to %.2f", run_number(run, "coverage_min"), run_number(run, "coverage_max")),
+              run_cell(run, "%.0f", "springls_mean"));
+}
+
+static void coverage(struct bench *bench, bool full)
+{
+    static const char *const periods[] = {"1.6", "2.5", "3"};
+    static struct table table;
+    const char *scan = getenv("HEAD_SCAN"), *level = getenv("HEAD_LEVEL");
+    table_begin(&table);
+    table_row(&table, "coverage|covered, mean|least|covered twice, most|area of the springls over the surface's|springls");
+    for (int grid = 64; grid <= (full ? 256 : 128); grid *= 2) {
+        for (size_t p = 0; p < sizeof periods / sizeof *periods; ++p) {
+            struct run *run = new_run(bench, "leveque_coverage", 10 * grid + (int)p);
+            run_command(run, "build/leveque --grid %d --period %s --params default --quiet --json -", grid, periods[p]);
+            char name[TABLE_CELL];
+            snprintf(name, sizeof name, "leveque %d^3, period %s", grid, periods[p]);
+            coverage_row(&table, run, name);
+        }
+    }
+    struct run *zalesak = new_run(bench, "zalesak_coverage", bench->grid);
+    run_command(zalesak, "build/zalesak --grid %d --params default --quiet --json -", bench->grid);
+    coverage_row(&table, zalesak, "zalesak");
+    if (scan && level) {
+        char word[1024];
+        struct run *brain = new_run(bench, "segment_coverage", 1);
+        run_command(brain, "build/segment %s --level %s --quiet --json -", run_word(scan, word, sizeof word), level);
+        coverage_row(&table, brain, "brain, segment");
     }
     table_print(&table, stdout);
     printf("\n");
@@ -425,6 +483,11 @@ int main(void)
     }
     if (getenv("ONLY") && strcmp(getenv("ONLY"), "frames") == 0) {
         frames(&bench);
+        runs_free(bench.runs, bench.run_count);
+        return 0;
+    }
+    if (getenv("ONLY") && strcmp(getenv("ONLY"), "cover") == 0) {
+        coverage(&bench, getenv("FULL") && getenv("FULL")[0] == '1');
         runs_free(bench.runs, bench.run_count);
         return 0;
     }

@@ -63,6 +63,11 @@ motions: deps-examples   ## the default parameters on motions with known answers
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
 
+coverage: deps-examples   ## how well springls cover the surface: leveque, zalesak, segment's brain, motions (FULL=1: 256^3 too; ORDERS=3)
+	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions
+	@ONLY=cover HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
+	@ONLY=cover build/bench/motions
+
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)

@@ -1,7 +1,11 @@
 /* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the
  * surface of a sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are
  * meshed. Then nothing moves: rest_ms. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what
- * else runs, of the processor. Frames after 20 to settle. */
+ * else runs, of the processor. Frames after 20 to settle.
+ *
+ * Besides, in this thread and by its processor time: a ball in LeVeque's deformation, where everything moves, is stepped by
+ * springls_step_continue and meshed, with correspondences, by springls_chunks_continue, in calls of 2 ms. step_budget and
+ * chunks_budget have how many calls took more than 3 ms, the longest, and in which stage. */
 #define _POSIX_C_SOURCE 200809L
 #include "springls.h"
 
@@ -15,7 +19,7 @@
 #include <omp.h>
 #endif
 
-enum { SETTLE = 20, REST = 50, MOST = 2000 };
+enum { SETTLE = 20, REST = 50, MOST = 2000, FLOW_STEPS = 100 };
 
 struct brush {
     float center[3], radius, velocity[3];
@@ -64,6 +68,91 @@ static double processor_seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double thread_seconds(void *user)
+{
+    struct timespec t;
+    (void)user;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* The stage at work, or the last one. */
+static void follow_stage(void *user, int stage, int begin, double seconds)
+{
+    (void)seconds;
+    if (begin) {
+        *(int *)user = stage;
+    }
+}
+
+static void here(void *user, int count, int grain, springls_task task, void *arg)
+{
+    (void)user;
+    (void)grain;
+    task(arg, 0, count);
+}
+
+/* Calls with a budget: how long they take, and which stage the longest was in. */
+struct calls {
+    int count, over, stage;
+    double longest, sum;
+};
+
+static void count_call(struct calls *calls, double seconds, int stage)
+{
+    ++calls->count;
+    calls->over += seconds > 3e-3;
+    calls->sum += seconds;
+    if (seconds > calls->longest) {
+        calls->longest = seconds;
+        calls->stage = stage;
+    }
+}
+
+static void report_calls(struct json_writer *json, const char *key, const struct calls *calls)
+{
+    json_object_begin(json, key);
+    json_integer(json, "calls", calls->count);
+    json_number(json, "over_3_ms_percent", 100.0 * calls->over / calls->count);
+    json_number(json, "mean_ms", 1e3 * calls->sum / calls->count);
+    json_number(json, "longest_ms", 1e3 * calls->longest);
+    json_string(json, "longest_in", calls->stage < 0 ? "chunks" : springls_stage_name((springls_stage)calls->stage));
+    json_object_end(json);
+}
+
+/* Steps and meshes what is in a flow, in calls with a budget. */
+static springls_status run_calls(springls_context *ctx, int grid, const int *stage, struct calls *step_calls,
+                                 struct calls *chunk_calls)
+{
+    const double seconds = 2e-3;
+    const springls_chunks_desc material = {.correspondences = true};
+    springls_deformation_flow flow = {(float)grid, 2.5f};
+    springls_forces forces = {.velocity = springls_velocity_deformation, .user = &flow};
+    const springls_step_desc step = {.forces = &forces};
+    springls_chunks *chunks;
+    const springls_chunk *changed;
+    int count;
+    springls_status status = springls_chunks_create(ctx, &material, &chunks);
+    for (int i = 0; i < FLOW_STEPS && status == SPRINGLS_OK; ++i) {
+        status = springls_step_begin(ctx, &step);
+        for (bool done = false; status == SPRINGLS_OK && !done;) {
+            const double begin = thread_seconds(NULL);
+            status = springls_step_continue(ctx, seconds, &done);
+            count_call(step_calls, thread_seconds(NULL) - begin, *stage);
+        }
+        if (status == SPRINGLS_OK) {
+            status = springls_chunks_begin(ctx, chunks);
+        }
+        for (bool done = false; status == SPRINGLS_OK && !done;) {
+            const double begin = thread_seconds(NULL);
+            status = springls_chunks_continue(ctx, chunks, seconds, &changed, &count, &done);
+            count_call(chunk_calls, thread_seconds(NULL) - begin, -1);
+        }
+    }
+    springls_chunks_destroy(ctx, chunks);
+    return status;
 }
 
 static int fail(springls_context *ctx)
@@ -141,6 +230,21 @@ int main(int argc, char **argv)
             rest.value[rest.count++] = 1e3 * (elapsed_seconds() - begin);
         }
     }
+    struct calls step_calls = {0}, chunk_calls = {0};
+    int stage = 0;
+    springls_sphere drop = {{0.35f * size, 0.35f * size, 0.35f * size}, 0.15f * size};
+    springls_context *flowing;
+    desc.tasks.parallel_for = here;
+    desc.trace = (springls_trace){.now = thread_seconds, .stage = follow_stage, .user = &stage};
+    if (springls_create(&desc, &flowing) != SPRINGLS_OK) {
+        fprintf(stderr, "frames: cannot create a second model of %d^3\n", grid);
+        return 1;
+    }
+    if (springls_set_implicit(flowing, springls_implicit_sphere, &drop) != SPRINGLS_OK
+        || run_calls(flowing, grid, &stage, &step_calls, &chunk_calls) != SPRINGLS_OK) {
+        return fail(flowing);
+    }
+    springls_destroy(flowing);
     struct json_writer json;
     json_open_stream(&json, stdout);
     json_object_begin(&json, NULL);
@@ -154,6 +258,8 @@ int main(int argc, char **argv)
     report(&json, "chunks_ms", &chunk);
     report(&json, "chunks_percent", &share);
     report(&json, "rest_ms", &rest);
+    report_calls(&json, "step_budget", &step_calls);
+    report_calls(&json, "chunks_budget", &chunk_calls);
     springls_chunks_destroy(ctx, chunks);
     springls_destroy(ctx);
     return json_close(&json) ? 0 : 1;

@@ -23,6 +23,7 @@ struct course {
     springls_context *ctx;
     springls_forces forces;
     springls_measures start;
+    struct coverage_range coverage;
     double *samples; /* points of the start's surface, problem coordinates */
     bool *on_edge;   /* of each: on a sharp edge? */
     int sample_count;
@@ -315,11 +316,11 @@ static springls_status measure_zero_level(struct course *course, enum motion_fig
     return status;
 }
 
-/* How well springls cover the exact surface. */
-static void measure_cover(struct course *course)
+/* How far springls are from the exact surface. */
+static void measure_soup(struct course *course)
 {
     const springls_view corners = problem_view(course, springls_view_vertices(course->ctx), 3);
-    measure_samples(course, MOTION_cover_mean, corners, NULL, corners.count / 3);
+    measure_samples(course, MOTION_soup_mean, corners, NULL, corners.count / 3);
     free_view(corners);
 }
 
@@ -364,12 +365,17 @@ static springls_status measure_end(struct course *course)
     springls_measures now;
     measure_particles(course);
     measure_angles(course);
+    course->figures[MOTION_coverage_least] = course->coverage.least.area;
+    course->figures[MOTION_coverage_most] = course->coverage.most.area;
+    course->figures[MOTION_covered_mean] = course->coverage.mean.covered;
+    course->figures[MOTION_covered_least] = course->coverage.least.covered;
+    course->figures[MOTION_covered_twice_most] = course->coverage.most.covered_twice;
     course->figures[MOTION_springls_end] = springls_count(course->ctx);
     course->figures[MOTION_cpu_ms_a_step] = 1e3 * course->figures[MOTION_cpu_seconds] / course->figures[MOTION_steps];
     if (!problem->reverses) {
         benchmark_flow(problem, problem->duration, course->samples, course->sample_count);
     }
-    measure_cover(course);
+    measure_soup(course);
     springls_status status = measure_springl_errors(course, problem->duration, MOTION_within_end);
     status = status == SPRINGLS_OK ? measure_mesh_errors(course, problem->duration, MOTION_mesh_within_end) : status;
     status = status == SPRINGLS_OK ? springls_measure(course->ctx, &now) : status;
@@ -445,6 +451,10 @@ static springls_status move(struct course *course, const struct motion_setting *
     f[MOTION_cpu_seconds] = f[MOTION_springls_mean] = f[MOTION_steps] = 0.0;
     for (int k = 0; k < 2 * half && status == SPRINGLS_OK; ++k) {
         status = take_step(course, k * dt, dt, setting->max_displacement);
+        if (status == SPRINGLS_OK && (k + 1) % (half / PIECES > 0 ? half / PIECES : 1) == 0
+            && !coverage_add(course->ctx, &course->coverage)) {
+            status = SPRINGLS_OUT_OF_MEMORY;
+        }
         if (k == half - 1 && status == SPRINGLS_OK) {
             status = measure_halfway(course, 0.5 * problem->duration);
         }

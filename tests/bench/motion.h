@@ -39,7 +39,10 @@ struct motion_setting {
     /* flow takes them to the end's zero level, and to its springls. */                                                  \
     X(start_mean) X(start_q99) X(start_max) X(start_edge_mean) X(start_edge_max)                                        \
     X(end_mean) X(end_q99) X(end_max) X(end_edge_mean) X(end_edge_max)                                                  \
-    X(cover_mean) X(cover_q99) X(cover_max) X(cover_edge_mean) X(cover_edge_max)                                        \
+    X(soup_mean) X(soup_q99) X(soup_max) X(soup_edge_mean) X(soup_edge_max)                                             \
+    /* Over eight times, from the first resampling on: springls' area over the zero level's; share of that in springls of its */ \
+    /* side, within .1 voxel; in two or more. */                                                                         \
+    X(coverage_least) X(coverage_most) X(covered_mean) X(covered_least) X(covered_twice_most)                           \
     X(volume_halfway) X(volume_end)                       /* error in percent of the exact multiple of the start's */   \
     X(components_start) X(components_halfway) X(components_end)                                                         \
     X(euler_start) X(euler_halfway) X(euler_end)                                                                        \

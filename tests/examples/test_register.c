@@ -1,4 +1,4 @@
-/* What examples/register.c stands on: arrays over grids, displacement fields and their files, registration, landmarks, the
+/* examples/register and what it stands on: arrays over grids, displacement fields and their files, registration, landmarks, the
  * made motion. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -20,9 +20,12 @@ int main(int argc, char **argv)
 #else
 
 #include "../../examples/common/registration/beat.h"
+#include "../../examples/common/imaging/overlap.h"
 #include "../../examples/common/registration/field.h"
 #include "../../examples/common/registration/points.h"
 #include "../../examples/common/registration/register.h"
+#include "../../examples/common/surface/mesh_io.h"
+#include "../../examples/register/run.h"
 #include "../../examples/common/base/vec3.h"
 #include "../../examples/common/registration/vgrid.h"
 
@@ -364,6 +367,7 @@ TEST fields_are_inverted(void)
     const float spacing[3] = {1.0f, 1.5f, 1.2f};
     float center[3];
     double remains = 1.0;
+    size_t folded = 1;
     struct volume grid;
     struct field field, inverse;
     ASSERT(make_grid(dims, spacing, true, &grid));
@@ -377,8 +381,9 @@ TEST fields_are_inverted(void)
     ASSERT(remains < 1e-3);
     ASSERT(difference(&grid, 10.0f, field_map_points, &inverse, beat_map, &back) < 0.05); /* trilinear between voxels */
     float *determinants = malloc(volume_voxels(&grid) * sizeof *determinants);
-    const float least = field_jacobian(&field, determinants);
+    const float least = field_jacobian(&field, determinants, &folded);
     ASSERT_IN_RANGE(expf(-1.5f * 0.55f), least, 0.05f);
+    ASSERT_EQ(0u, folded);
     free(determinants);
     field_free(&field);
     field_free(&inverse);
@@ -507,6 +512,7 @@ TEST demons_find_a_known_motion(void)
     struct registration reg;
     struct register_settings set = register_defaults();
     char error[VOLUME_TEXT];
+    size_t folded = 1;
     ASSERT(make_scene(&scene));
     set.align = REGISTER_ALIGN_NONE;
     ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
@@ -519,7 +525,7 @@ TEST demons_find_a_known_motion(void)
     ASSERT(field_create(&scene.fixed, &forward));
     field_sample(registration_map, &reg, &forward);
     float *determinants = malloc(volume_voxels(&scene.fixed) * sizeof *determinants);
-    ASSERT(field_jacobian(&forward, determinants) > 0.1f);
+    ASSERT(field_jacobian(&forward, determinants, &folded) > 0.1f);
     for (size_t n = 0; n < volume_voxels(&scene.fixed); ++n) {
         float index[3], x[3], y[3];
         place_of(scene.fixed.dims, n, index);
@@ -598,6 +604,255 @@ TEST constant_images_are_refused(void)
     ASSERT(!register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
     ASSERT(strstr(error, "constant") != NULL);
     ASSERT(reg.velocity == NULL);
+    free_scene(&scene);
+    PASS();
+}
+
+TEST flat_images_are_refused(void)
+{
+    const int dims[3] = {20, 20, 1};
+    const float spacing[3] = {1.2f, 1.4f, 1.6f};
+    struct scene scene;
+    struct volume flat;
+    struct registration reg;
+    const struct register_settings set = register_defaults();
+    char error[VOLUME_TEXT];
+    ASSERT(make_scene(&scene));
+    ASSERT(make_grid(dims, spacing, true, &flat));
+    flat.data[7] = flat.maximum = 1.0f;
+    ASSERT(!register_images(&scene.fixed, &flat, &set, NULL, &reg, error));
+    ASSERT(strstr(error, "the moving image is flat") != NULL);
+    ASSERT(!register_images(&flat, &scene.moving, &set, NULL, &reg, error));
+    ASSERT(strstr(error, "the fixed image is flat") != NULL);
+    volume_free(&flat);
+    free_scene(&scene);
+    PASS();
+}
+
+/* ---- where the alignment begins ---- */
+
+/* The phantom's ball is longer along one axis and has a handle, so that only one position fits. */
+static void paint_handle(struct volume *volume, const float center[3], const double back[3][4])
+{
+    volume->minimum = INFINITY;
+    volume->maximum = -INFINITY;
+    for (size_t n = 0; n < volume_voxels(volume); ++n) {
+        float index[3], x[3], r[3];
+        place_of(volume->dims, n, index);
+        volume_index_to_world(volume, index, x);
+        register_apply(back, x, x);
+        vec3_sub(x, center, r);
+        const float body = sqrtf(r[0] * r[0] / 2.2f + r[1] * r[1] + 1.5f * r[2] * r[2]) - 8.0f;
+        const float handle = sqrtf((r[0] - 8.0f) * (r[0] - 8.0f) + (r[1] - 7.0f) * (r[1] - 7.0f) + (r[2] - 3.0f) * (r[2] - 3.0f)) - 4.0f;
+        volume->data[n] = 900.0f / (1.0f + expf(fminf(body, handle)));
+        volume->minimum = fminf(volume->minimum, volume->data[n]);
+        volume->maximum = fmaxf(volume->maximum, volume->data[n]);
+    }
+}
+
+/* Returns the mean error, mm, of a rigid registration of the phantom to itself, moved with its header by `there`. */
+static double error_of_start(const double there[3][4], enum register_start start, bool *done)
+{
+    const int dims[3] = {40, 36, 34};
+    const float spacing[3] = {1.2f, 1.2f, 1.2f};
+    double identity[3][4];
+    float center[3];
+    struct volume fixed, moving;
+    struct registration reg;
+    struct register_settings set = register_defaults();
+    char error[VOLUME_TEXT];
+    register_identity(identity);
+    *done = make_grid(dims, spacing, false, &fixed) && make_grid(dims, spacing, false, &moving);
+    if (!*done) return INFINITY;
+    middle_of(&fixed, center);
+    paint_handle(&fixed, center, (const double(*)[4])identity);
+    memcpy(moving.data, fixed.data, volume_voxels(&fixed) * sizeof(float));
+    moving.minimum = fixed.minimum;
+    moving.maximum = fixed.maximum;
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 4; ++c) {
+            moving.affine[r][c] = c == 3 ? there[r][3] : 0.0;
+            for (int k = 0; k < 3; ++k) moving.affine[r][c] += there[r][k] * fixed.affine[k][c];
+        }
+    }
+    struct volume placed; /* derives origin and axes from the affine map */
+    *done = volume_create_padded(&moving, 0, &placed);
+    memcpy(placed.data, moving.data, volume_voxels(&fixed) * sizeof(float));
+    placed.minimum = moving.minimum;
+    placed.maximum = moving.maximum;
+    set.start = start;
+    set.iterations = 0; /* the alignment alone */
+    *done = *done && register_images(&fixed, &placed, &set, NULL, &reg, error);
+    const double away = *done ? difference(&fixed, 12.0f, registration_map, &reg, affine_map, there) : INFINITY;
+    if (*done) registration_free(&reg);
+    volume_free(&fixed);
+    volume_free(&moving);
+    volume_free(&placed);
+    return away;
+}
+
+/* Headers that are 80 and 400 mm off: the centres of mass bring the images together; without them the failure has a reason. */
+TEST wrong_headers_do_not_matter(void)
+{
+    static const double shifts[2] = {80.0, 400.0};
+    bool done;
+    for (int s = 0; s < 2; ++s) {
+        const double there[3][4] = {{1.0, 0.0, 0.0, shifts[s]}, {0.0, 1.0, 0.0, -shifts[s]}, {0.0, 0.0, 1.0, 30.0}};
+        ASSERT(error_of_start(there, REGISTER_START_CENTERS, &done) < 0.05);
+        ASSERT(done);
+        error_of_start(there, REGISTER_START_HEADERS, &done);
+        ASSERT(!done);
+    }
+    PASS();
+}
+
+/* Any rotation: a quarter turn, and 126 degrees about an oblique axis. */
+TEST a_search_finds_any_rotation(void)
+{
+    const double c = cos(2.2), s = sin(2.2);
+    const double turns[2][3][4] = {{{0.0, -1.0, 0.0, 10.0}, {1.0, 0.0, 0.0, 20.0}, {0.0, 0.0, 1.0, 5.0}},
+                                   {{0.0, -1.0, 0.0, 30.0}, {c, 0.0, -s, -60.0}, {s, 0.0, c, 5.0}}};
+    bool done;
+    for (int t = 0; t < 2; ++t) {
+        ASSERT(error_of_start(turns[t], REGISTER_START_CENTERS, &done) > 1.0);
+        ASSERT(error_of_start(turns[t], REGISTER_START_SEARCH, &done) < 0.05);
+        ASSERT(done);
+    }
+    PASS();
+}
+
+/* ---- the program's parts ---- */
+
+/* Writes the two images of a scene and a labelled ball in each of them, and reads them as the program does. */
+static bool begin_run(const struct scene *scene, struct run *run)
+{
+    static char paths[4][512];
+    static const char *const names[4] = {"fixed.nii.gz", "moving.nii.gz", "fixed_label.nii.gz", "moving_label.nii.gz"};
+    char error[VOLUME_TEXT];
+    bool good = true;
+    for (int f = 0; f < 4; ++f) {
+        const struct volume *volume = f % 2 ? &scene->moving : &scene->fixed;
+        float *values = malloc(volume_voxels(volume) * sizeof *values);
+        for (size_t n = 0; values && n < volume_voxels(volume); ++n) {
+            values[n] = f < 2 ? volume->data[n] : volume->data[n] > 300.0f ? 7.0f : 0.0f;
+        }
+        snprintf(paths[f], sizeof paths[f], "%s/%s", folder, names[f]);
+        good = good && values && volume_write(paths[f], volume, VOLUME_FLOAT32, values, error);
+        free(values);
+    }
+    memset(run, 0, sizeof *run);
+    run->common = cli_common_defaults();
+    run->common.out = folder;
+    run->settings = register_defaults();
+    run->settings.align = REGISTER_ALIGN_NONE;
+    run->label = 7;
+    run->fixed_path = paths[0];
+    run->moving_path = paths[1];
+    run->fixed_labels_path = paths[2];
+    run->moving_labels_path = paths[3];
+    return good && register_read(run);
+}
+
+static double dice_of_files(const char *a, const char *b)
+{
+    char error[VOLUME_TEXT];
+    struct volume x, y;
+    double dice = -1.0;
+    if (!volume_read(a, 0, &x, error)) return dice;
+    if (volume_read(b, 0, &y, error)) {
+        if (volume_same_grid(&x, &y)) dice = overlap_labels(x.data, y.data, volume_voxels(&x), 7.0f).dice;
+        volume_free(&y);
+    }
+    volume_free(&x);
+    return dice;
+}
+
+/* Labels, points and a mesh, from the moving image to the fixed one and back. */
+TEST labels_points_and_meshes_are_carried(void)
+{
+    struct scene scene;
+    struct run run;
+    char error[VOLUME_TEXT];
+    float center[3], points[2][3][3], *read = NULL;
+    const uint32_t triangle[3] = {0, 1, 2};
+    size_t count = 0;
+    ASSERT(make_scene(&scene));
+    middle_of(&scene.fixed, center);
+    ASSERT(begin_run(&scene, &run));
+    ASSERT(register_fields(&run));
+    ASSERT(register_measure(&run));
+    ASSERT(register_is_better(&run));
+    ASSERT(run.dice_after > 0.95 && run.dice_after > run.dice_before);
+    ASSERT(run.correlation_after > run.correlation_before);
+    ASSERT_EQ(0u, run.folded);
+    for (int p = 0; p < 3; ++p) { /* of the fixed image; where the motion takes them, of the moving one */
+        for (int a = 0; a < 3; ++a) points[0][p][a] = center[a] + (a == p ? 7.0f : -2.0f);
+    }
+    beat_map(&scene.there, points[0][0], 3, points[1][0]);
+    for (int side = 0; side < 2; ++side) {
+        const struct mesh_ply ply = {.positions = points[side][0], .vertex_count = 3, .indices = triangle, .triangle_count = 1};
+        ASSERT(points_write(scratch(side ? "moving.txt" : "fixed.txt"), points[side][0], 3, error));
+        ASSERT(mesh_write_ply(scratch(side ? "moving.ply" : "fixed.ply"), &ply, error));
+    }
+    char files[4][512];
+    static const char *const names[4] = {"moving.txt", "moving.ply", "fixed.txt", "fixed.ply"};
+    for (int f = 0; f < 4; ++f) snprintf(files[f], sizeof files[f], "%s/%s", folder, names[f]);
+    run.warp = (struct carried){run.moving_labels_path, files[0], files[1]};
+    run.inverse_warp = (struct carried){run.fixed_labels_path, files[2], files[3]};
+    ASSERT(register_carry(&run));
+    ASSERT_IN_RANGE(run.dice_after, dice_of_files(run.fixed_labels_path, scratch("warped_labels.nii.gz")), 1e-12);
+    ASSERT(dice_of_files(run.moving_labels_path, scratch("inverse_labels.nii.gz")) > 0.95);
+    for (int side = 0; side < 2; ++side) {
+        struct mesh mesh;
+        ASSERTm(error, points_read(scratch(side ? "inverse_points.txt" : "warped_points.txt"), &scene.fixed, &read, &count, error));
+        ASSERTm(error, mesh_read(scratch(side ? "inverse_mesh.ply" : "warped_mesh.ply"), &mesh, error));
+        ASSERT_EQ(3u, count);
+        ASSERT_EQ(3u, mesh.vertex_count);
+        for (int p = 0; p < 3; ++p) {
+            float away[3];
+            vec3_sub(read + 3 * p, points[side][p], away);
+            ASSERT(vec3_length(away) < 0.5f); /* a third of a voxel; they moved by 2 mm */
+            vec3_sub(mesh.positions + 3 * p, read + 3 * p, away);
+            ASSERT(vec3_length(away) < 1e-3f);
+        }
+        mesh_free(&mesh);
+        free(read);
+    }
+    run.warp.labels = scratch("nothing.nii.gz");
+    ASSERT(!register_carry(&run));
+    register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
+/* Of labels that are not there the overlap would be perfect; a map that makes the fit worse, or folds, is no success. */
+TEST poor_results_are_reported(void)
+{
+    struct scene scene;
+    struct run run;
+    struct field field;
+    char error[VOLUME_TEXT], path[512];
+    ASSERT(make_scene(&scene));
+    ASSERT(begin_run(&scene, &run));
+    ASSERT(field_create(&scene.fixed, &field));
+    const struct beat_time wrong = {&scene.beat, -0.6};
+    field_sample(beat_map, &wrong, &field);
+    for (size_t n = 0; n < volume_voxels(&scene.fixed); ++n) field.mm[3 * n] *= n % 36 > 17 ? 4.0f : 1.0f; /* tears, and folds */
+    snprintf(path, sizeof path, "%s/wrong.nii.gz", folder);
+    ASSERT(field_write(path, &field, error));
+    field_free(&field);
+    run.field_path = path;
+    ASSERT(register_fields(&run));
+    ASSERT(register_measure(&run));
+    ASSERT(!register_is_better(&run));
+    ASSERT(run.folded > 0);
+    register_free(&run);
+    ASSERT(begin_run(&scene, &run));
+    run.label = 8;
+    run.settings.iterations = 0;
+    ASSERT(register_fields(&run));
+    ASSERT(!register_measure(&run));
+    register_free(&run);
     free_scene(&scene);
     PASS();
 }
@@ -743,6 +998,11 @@ int main(int argc, char **argv)
     RUN_TEST(demons_find_a_known_motion);
     RUN_TEST(scales_of_intensities_do_not_matter);
     RUN_TEST(constant_images_are_refused);
+    RUN_TEST(flat_images_are_refused);
+    RUN_TEST(wrong_headers_do_not_matter);
+    RUN_TEST(a_search_finds_any_rotation);
+    RUN_TEST(labels_points_and_meshes_are_carried);
+    RUN_TEST(poor_results_are_reported);
     RUN_TEST(landmarks_are_read_or_refused);
     RUN_TEST(fields_agree_with_elastix);
     run_command("rm -rf %s%s", folder, "");

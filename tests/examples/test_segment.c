@@ -154,6 +154,19 @@ TEST blur_keeps_a_constant_up_to_the_border(void)
     PASS();
 }
 
+/* One voxel of 3e38, as damaged files have, leaves the threshold between the two heaps. */
+TEST otsu_bears_a_voxel_far_away(void)
+{
+    enum { N = 20 };
+    float data[N * N * N];
+    struct volume image = {.dims = {N, N, N}, .data = data, .minimum = 0.0f, .maximum = 3e38f};
+    for (int n = 0; n < N * N * N; ++n) data[n] = n % 3 == 0 ? 100.0f + (float)(n % 7) : (float)(n % 11);
+    data[17] = 3e38f;
+    ASSERT_IN_RANGE(55.0f, segment_otsu(&image), 44.0f);
+    ASSERT_IN_RANGE(10.0f, segment_percentile(&image, 0.66), 1.0f);
+    PASS();
+}
+
 TEST otsu_parts_two_heaps(void)
 {
     struct volume image;
@@ -458,6 +471,7 @@ int main(int argc, char **argv)
     RUN_TEST(blur_has_the_variance_promised);
     RUN_TEST(blur_keeps_a_constant_up_to_the_border);
     RUN_TEST(otsu_parts_two_heaps);
+    RUN_TEST(otsu_bears_a_voxel_far_away);
     RUN_TEST(pressure_is_a_distance_where_the_image_is_steep);
     RUN_TEST(pressure_of_a_window_has_two_sides);
     RUN_TEST(masks_take_the_labels_asked_for);

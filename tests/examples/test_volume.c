@@ -157,6 +157,14 @@ TEST attached_and_detached_raw_and_compressed(void)
     PASS();
 }
 
+TEST a_folder_is_called_a_folder(void)
+{
+    struct volume v;
+    ASSERT(!volume_read(folder, 0, &v, error));
+    ASSERT(strstr(error, "a folder, not an image") != NULL);
+    PASS();
+}
+
 /* A vector a voxel, and two times: each part of each is a frame. */
 TEST channels_and_times_are_frames(void)
 {
@@ -175,6 +183,7 @@ TEST channels_and_times_are_frames(void)
         for (int f = 0; f < 4; ++f) { /* the faster one first */
             ASSERTm(error, volume_read(paths[p], f, &v, error));
             ASSERT_EQ(4, v.frame_count);
+            ASSERT_EQ(2, v.frame_axes); /* 5-D */
             CHECK_CALL(holds_ramp(&v, (float)(1000 * (f / 2) + 100 * (f % 2)), 1.0f));
             if (p == 0) CHECK_CALL(lies_at(&v, 1, 1, 1, 10, 10, 10));
             volume_free(&v);
@@ -357,6 +366,7 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     if (!mkdtemp(folder)) return 1;
     RUN_TEST(attached_and_detached_raw_and_compressed);
+    RUN_TEST(a_folder_is_called_a_folder);
     RUN_TEST(channels_and_times_are_frames);
     RUN_TEST(written_files_come_back);
     RUN_TEST(damaged_packed_data_are_noticed);

@@ -101,7 +101,7 @@ without_kernels() {
         nothing "$(strings $w/o.o | grep "__kernel void")" "of the kernels' text is in the object" &&
         fails $1 -std=c99 -DSPRINGLS_NO_OPENCL -DWITH_OPENCL -I. -fsyntax-only $here/implement.c
 }
-minimal_is_silent() { $1 -std=c++20 -x c++ -Wall -Wextra -I. -fsyntax-only examples/minimal.c > $w/said 2>&1 && nothing "$(cat $w/said)" "from minimal.c"; }
+minimal_is_silent() { $1 -x c++ -Wall -Wextra -Wpedantic -I. -fsyntax-only examples/minimal.c > $w/said 2>&1 && nothing "$(cat $w/said)" "from minimal.c"; }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
 # The library without any flag, on the machine's own instructions, which may be able to fuse; the callbacks of the program do not.
@@ -146,7 +146,9 @@ for cc in gcc clang; do
     check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: SPRINGLS_NO_OPENCL leaves the kernels' text out" without_kernels $cc
-    case $languages in *c++*) check "$cxx -std=c++20 -Wextra: minimal.c" minimal_is_silent $cxx ;; esac
+    case $languages in *c++*)
+        for std in c++11 c++20; do check "$cxx -std=$std -Wpedantic: minimal.c" minimal_is_silent "$cxx -std=$std"; done ;;
+    esac
     [ $cc != gcc ] || for level in -O1 -O2 -O3; do check "$cc $level: no frame over 16 KB" no_large_frames $cc $level; done
     for with in "" $opencl; do
         c99="$cc -std=c99 $with"

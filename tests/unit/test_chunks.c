@@ -397,6 +397,91 @@ TEST wrong_arguments_are_told(void)
     PASS();
 }
 
+/* Bytes of all that a list of chunks holds. */
+static uint64_t hash_of(const springls_chunk *chunk, int count)
+{
+    uint64_t hash = 14695981039346656037u;
+    int i;
+    for (i = 0; i < count; i++, chunk++) {
+        size_t floats = 3 * (size_t)chunk->vertex_count * sizeof(float);
+        hash = springls__hash(hash, chunk->brick, sizeof chunk->brick);
+        hash = springls__hash(hash, &chunk->vertex_count, sizeof chunk->vertex_count);
+        if (chunk->triangle_count == 0) continue;
+        hash = springls__hash(hash, chunk->positions, floats);
+        hash = springls__hash(hash, chunk->normals, floats);
+        if (chunk->correspondences) hash = springls__hash(hash, chunk->correspondences, floats);
+        if (chunk->ids) hash = springls__hash(hash, chunk->ids, (size_t)chunk->vertex_count * sizeof *chunk->ids);
+        hash = springls__hash(hash, chunk->triangles, 3 * (size_t)chunk->triangle_count * sizeof *chunk->triangles);
+    }
+    return hash;
+}
+
+/* An update in pieces lists the same bytes as a whole one, and leaves the same state; also when phi has to follow lazy steps. */
+TEST an_update_in_pieces(int material)
+{
+    springls_chunks_desc desc = { 0.0f, material != 0 };
+    const springls_chunk *changed, *expected;
+    scene whole, cut;
+    int i, count, expected_count, calls = 0;
+    bool done;
+    ASSERT_OK(scene_begin(&whole, &desc, 0));
+    ASSERT_OK(scene_begin(&cut, &desc, 0));
+    for (i = 0; i < 4; i++) {
+        whole.step.dt = cut.step.dt = i % 2 ? 0.1f : 1.0f; /* the short ones are lazy */
+        ASSERT_OK(springls_step(whole.ctx, &whole.step));
+        ASSERT_OK(springls_step(cut.ctx, &cut.step));
+        ASSERT_OK(springls_chunks_update(whole.ctx, whole.chunks, &expected, &expected_count));
+        ASSERT_OK(springls_chunks_begin(cut.ctx, cut.chunks));
+        ASSERT(!springls_step_in_progress(cut.ctx));
+        for (done = false; !done; calls++) {
+            ASSERT_OK(springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, &count, &done));
+            ASSERT(done || (!changed && count == 0));
+        }
+        ASSERT_EQ(expected_count, count);
+        ASSERT_EQ(hash_of(expected, expected_count), hash_of(changed, count));
+        ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(cut.ctx));
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, &count, &done));
+    }
+    ASSERT_GT(calls, 40);
+    scene_end(&whole);
+    scene_end(&cut);
+    PASS();
+}
+
+/* What else is called halfway loses nothing: the consumer's chunks are the zero level at last. */
+TEST an_update_that_is_interrupted(int calls)
+{
+    springls_chunks_desc exact = { -1.0f, false };
+    springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    const springls_chunk *changed;
+    springls_chunks *other;
+    scene s;
+    int i, k, count;
+    bool done;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    ASSERT_OK(springls_chunks_create(s.ctx, &exact, &other));
+    for (i = 0; i < 4; i++) {
+        ASSERT_OK(springls_chunks_begin(s.ctx, s.chunks));
+        for (k = 0; k < calls; k++) {
+            ASSERT_OK(springls_chunks_continue(s.ctx, s.chunks, 0.0, &changed, &count, &done));
+            if (!done) continue;
+            store_put(&s.store, changed, count);
+            ASSERT_OK(springls_chunks_begin(s.ctx, s.chunks));
+        }
+        if (i == 0) ASSERT_OK(springls_step(s.ctx, &s.step));
+        if (i == 1) ASSERT_OK(springls_chunks_update(s.ctx, other, &changed, &count));
+        if (i == 2) ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &small));
+        if (i == 3) ASSERT_OK(springls_chunks_begin(s.ctx, other));
+    }
+    springls_chunks_destroy(s.ctx, other); /* with an update in progress */
+    ASSERT_OK(update(&s, &count));
+    CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+    ASSERT_OK(update(&s, &count));
+    ASSERT_EQ(0, count);
+    scene_end(&s);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -408,6 +493,11 @@ int main(int argc, char **argv)
     RUN_TEST(chunks_come_and_go);
     RUN_TEST(the_border_is_closed);
     RUN_TEST(material_comes_along);
+    RUN_TESTp(an_update_in_pieces, 0);
+    RUN_TESTp(an_update_in_pieces, 1);
+    RUN_TESTp(an_update_that_is_interrupted, 1);
+    RUN_TESTp(an_update_that_is_interrupted, 3);
+    RUN_TESTp(an_update_that_is_interrupted, 9);
     RUN_TEST(memory_may_run_out);
     RUN_TEST(wrong_arguments_are_told);
     GREATEST_MAIN_END();

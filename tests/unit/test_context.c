@@ -100,6 +100,26 @@ TEST sizes_at_the_limit(void)
 
 /* ---- parameters ---- */
 
+/* Messages give the value and the range that is allowed. */
+TEST messages_give_ranges(void)
+{
+    springls_context *ctx = fixture_context(16, NULL);
+    springls_params p = springls_default_params();
+    p.min_component = 17.5f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_params(ctx, &p));
+    ASSERT_STR_EQ("set_params: params.min_component is not in 0 to 16: 17.5", springls_last_error(ctx));
+    p = springls_default_params();
+    p.relax_iterations = -3;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_params(ctx, &p));
+    ASSERT_STR_EQ("set_params: params.relax_iterations is not in 0 to 1000: -3", springls_last_error(ctx));
+    p = springls_default_params();
+    p.initial_stride = 3;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_params(ctx, &p));
+    ASSERT_STR_EQ("set_params: params.initial_stride is not 1, 2 or 4", springls_last_error(ctx));
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Every member out of range is refused by name, in create and in set_params, which keeps what it had. */
 TEST parameters_are_checked(void)
 {
@@ -614,6 +634,7 @@ SUITE(context)
     RUN_TEST(memory_grows_by_little);
     RUN_TEST(descriptions_are_checked);
     RUN_TEST(sizes_at_the_limit);
+    RUN_TEST(messages_give_ranges);
     RUN_TEST(parameters_are_checked);
     RUN_TEST(parameters_can_be_replaced);
     RUN_TEST(memory_is_accounted_for);

@@ -1,6 +1,7 @@
 /* test_determinism.c - the same bits for every number of workers, every cut of the work into ranges, and every order of the
    ranges. Compilers and optimisation levels are compared by `make compile-matrix`, threads of OpenMP by `make test OPENMP=1`. */
 #include "histories.h"
+#include "../portability/flush.h"
 
 /* The calling thread that does everything at once is the measure; then ranges cut at random, run in a random order by one
    thread, and by as many threads as there are workers. */
@@ -16,6 +17,20 @@ TEST workers_do_not_matter(int history)
         ASSERT(expected == history_run(history, &tasks, NULL));
         ASSERT_GT(state.calls, 100);
     }
+    PASS();
+}
+
+/* A host whose threads flush denormal numbers gets the same bits. */
+TEST flushing_denormals_does_not_matter(int history)
+{
+    uint64_t expected = history_run(history, NULL, NULL), flushed;
+    bool is_flushing;
+    if (!flush_denormals(true)) SKIPm("this processor's float unit is unknown here");
+    is_flushing = denormals_are_flushed();
+    flushed = history_run(history, NULL, NULL);
+    flush_denormals(false);
+    ASSERT(is_flushing && !denormals_are_flushed());
+    ASSERT(expected == flushed);
     PASS();
 }
 
@@ -81,6 +96,8 @@ SUITE(determinism)
     for (history = 0; history < HISTORIES; history++)
         if (fixture_backend()) RUN_TESTp(the_device_does_not_matter, history);
         else RUN_TESTp(workers_do_not_matter, history);
+    for (history = 0; history < HISTORIES; history++)
+        if (!fixture_backend()) RUN_TESTp(flushing_denormals_does_not_matter, history);
     RUN_TEST(histories_differ);
     RUN_TEST(hash_sees_every_bit);
     RUN_TEST(build_does_not_fuse);

@@ -285,6 +285,9 @@ TEST ids_last(void)
         for (k = 0; k < chunk[i].vertex_count; k++) ASSERT_EQ(chunk[i].positions[3 * k] > middle ? 2u : 1u, of[k]);
     }
     springls_chunks_destroy(ctx, chunks);
+    params.components = 0; /* what nobody follows is not shown */
+    ASSERT_OK(springls_set_params(ctx, &params));
+    ASSERT_EQ(NULL, springls_component_ids(ctx));
     springls_destroy(ctx);
     PASS();
 }

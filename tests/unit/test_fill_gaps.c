@@ -1,6 +1,6 @@
 /* test_fill_gaps.c - springls for exposed zero crossings (section 4.4): all of them, no others, with correspondences. */
 #include "fixtures.h"
-#include "../../src/stages/fill_from_springls.h"
+#include "../../src/stages/fill_gaps.h"
 
 static const d3 center = { 15.5, 15.5, 15.5 };
 
@@ -307,9 +307,9 @@ TEST sheets_and_threads_are_told_apart(int part, int expected)
 /* Holes among springls only. */
 static springls_status fill_holes(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__find_seeds(ctx));
-    springls__finish_loop(ctx);
-    return springls__insert_seeds(ctx);
+    SPRINGLS__TRY(springls__fill_gaps(ctx));
+    if (ctx->work.phase == SPRINGLS__FILL_FIND_EXPOSED) ctx->work.pending = false;
+    return SPRINGLS_OK;
 }
 
 TEST seeds_keep_their_distance(void)

@@ -373,6 +373,32 @@ TEST overlapping_cubes_are_one_solid(void)
     PASS();
 }
 
+/* At rest solids whose faces lie on voxel planes stay as they are: the sides of voxels on them do not come and go. */
+TEST solids_on_voxel_planes_rest(int second)
+{
+    static const double cases[4][5] = { { 12, 8, 20, 20, 8 }, { 10, 6, 22, 10, 6 }, { 12, 8, 20, 12, 8 }, { 16, 10, 0, 0, 0 } };
+    const double *c = cases[second];
+    springls_desc desc = cube(34);
+    springls_forces forces = fixture_forces(fixture_wind, (float[3]){ 0 });
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
+    springls_measures set, m;
+    int i;
+    clear_mesh();
+    add_box(d3_make(c[0], c[0], c[0]), d3_make(c[1], c[1], c[1]), d3_make(0, 0, 0));
+    if (c[4] > 0.0) add_box(d3_make(c[2], c[3], c[3]), d3_make(c[4], c[4], c[4]), d3_make(0, 0, 0));
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_OK(springls_measure(ctx, &set));
+    for (i = 0; i < 40; i++) {
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_OK(springls_measure(ctx, &m));
+        ASSERT_EQ(1, m.components);
+        ASSERT_EQ(2, m.euler);
+        ASSERT_IN_RANGE(set.volume, m.volume, 1e-3 * set.volume);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Long thin triangles are divided into as many springls for their area as others, without slivers; they meet corner to corner,
    face alike and cover the bar. */
 TEST long_triangles_are_divided_as_strips(void)
@@ -978,6 +1004,10 @@ SUITE(clean)
     RUN_TEST(large_triangles_are_divided);
     RUN_TEST(long_triangles_are_divided_as_strips);
     RUN_TEST(overlapping_cubes_are_one_solid);
+    RUN_TESTp(solids_on_voxel_planes_rest, 0);
+    RUN_TESTp(solids_on_voxel_planes_rest, 1);
+    RUN_TESTp(solids_on_voxel_planes_rest, 2);
+    RUN_TESTp(solids_on_voxel_planes_rest, 3);
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
     RUN_TEST(huge_triangles_in_a_small_grid);

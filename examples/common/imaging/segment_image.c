@@ -138,19 +138,37 @@ static int class_of(float value, double low, double high, int classes)
     return place <= 0 ? 0 : place >= classes - 1 ? classes - 1 : (int)place;
 }
 
+static const double crowded = 0.99; /* share of the voxels in one class from which on the classes are too wide */
+
+/* Narrows low..high to the values of one class. */
+static void narrow(const struct volume *image, int chosen, double *low, double *high)
+{
+    double least = *high, most = *low;
+    for (size_t n = 0; n < volume_voxels(image); n++) {
+        const double value = (double)image->data[n];
+        if (value < *low || value > *high || class_of(image->data[n], *low, *high, PERCENTILE_CLASSES) != chosen) continue;
+        least = fmin(least, value);
+        most = fmax(most, value);
+    }
+    *low = least;
+    *high = most;
+}
+
 float segment_percentile(const struct volume *image, double share)
 {
-    const double low = (double)image->minimum, high = (double)image->maximum;
     const size_t total = volume_voxels(image);
-    size_t counts[PERCENTILE_CLASSES] = {0};
-    double below = 0;
-    if (!(high > low)) return image->minimum;
-    for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
-    for (int c = 0; c < PERCENTILE_CLASSES; c++) {
-        below += (double)counts[c];
-        if (below >= share * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
+    const double wanted = share * (double)total;
+    double low = (double)image->minimum, high = (double)image->maximum;
+    while (high > low) {
+        size_t counts[PERCENTILE_CLASSES] = {0};
+        double below = 0;
+        int c = 0;
+        for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+        while (c < PERCENTILE_CLASSES - 1 && below + (double)counts[c] < wanted) below += (double)counts[c++];
+        if ((double)counts[c] <= crowded * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
+        narrow(image, c, &low, &high); /* a few voxels far away have made one class of all others */
     }
-    return image->maximum;
+    return (float)low;
 }
 
 float segment_otsu(const struct volume *image)

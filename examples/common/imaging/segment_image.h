@@ -22,7 +22,8 @@ bool segment_blur(const struct volume *image, float size, float *values);
 /* Computes Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile. */
 float segment_otsu(const struct volume *image);
 
-/* Returns the intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range. */
+/* Returns the intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range: of all
+ * voxels, or of 99 % of them where the others lie far away. */
 float segment_percentile(const struct volume *image, double share);
 
 /* Computes the pressure, -1..1, positive where low < intensity < high: the distance of the intensity from the window's nearer

@@ -68,6 +68,9 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
     }
     volume->frame = frame;
     volume->frame_count = (int)frames;
+    for (int i = space; i < all; ++i) {
+        volume->frame_axes += sizes[i] > 1;
+    }
     return (frame >= 0 && frame < volume->frame_count)
         || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
 }
@@ -231,8 +234,17 @@ static reader choose_reader(const char *path, struct volume *volume)
     return nrrd ? volume_read_nrrd : meta ? volume_read_meta : volume_read_nifti;
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
 static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
+    if (is_folder(path)) {
+        return volume_error(error, "a folder, not an image");
+    }
     if (volume_file_size(path) < 0) {
         return volume_error(error, "no such file, or not a plain one");
     }

@@ -28,6 +28,7 @@ struct volume {
     float minimum, maximum;
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
+    int frame_axes;        /* dimensions beside space that are longer than 1: 1 for a sequence (4-D), 2 for 5-D */
     char note[VOLUME_TEXT]; /* warnings about the file; empty if there are none */
     const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
     void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */

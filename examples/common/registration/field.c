@@ -199,12 +199,13 @@ void field_warp_labels(const struct field *field, const struct volume *labels, f
     pull(field, labels, take_nearest, 0.0f, warped);
 }
 
-float field_jacobian(const struct field *field, float *determinants)
+float field_jacobian(const struct field *field, float *determinants, size_t *folded)
 {
     const struct volume *grid = &field->grid;
     const size_t total = volume_voxels(grid);
     const float zero[3] = {0.0f, 0.0f, 0.0f};
     float *u = malloc(3 * total * sizeof *u), minimum = INFINITY, origin[3];
+    *folded = 0;
     if (!u) {
         return NAN;
     }
@@ -216,6 +217,7 @@ float field_jacobian(const struct field *field, float *determinants)
     vgrid_jacobian(grid->dims, u, determinants);
     for (size_t n = 0; n < total; ++n) {
         minimum = fminf(minimum, determinants[n]);
+        *folded += !(determinants[n] > 0.0f);
     }
     free(u);
     return minimum;

@@ -43,7 +43,8 @@ void field_warp(const struct field *field, const struct volume *moving, float ou
 /* Samples the label of the nearest voxel instead. */
 void field_warp_labels(const struct field *field, const struct volume *labels, float *warped);
 
-/* Computes the determinants of the map's Jacobian at every voxel; returns the smallest. Where it is negative the map folds. */
-float field_jacobian(const struct field *field, float *determinants);
+/* Computes the determinants of the map's Jacobian at every voxel; returns the smallest, NaN if memory is short. *folded: the number
+ * of voxels at which the map folds, where it is not positive. */
+float field_jacobian(const struct field *field, float *determinants, size_t *folded);
 
 #endif

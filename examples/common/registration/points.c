@@ -71,6 +71,24 @@ bool points_read(const char *path, const struct volume *image, float **points, s
     return true;
 }
 
+bool points_write(const char *path, const float *points, size_t count, char error[VOLUME_TEXT])
+{
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        return write_error(error, path, "cannot be written");
+    }
+    bool good = fprintf(file, "point\n%zu\n", count) > 0;
+    for (size_t n = 0; n < count; ++n) { /* RAS+ to LPS+ */
+        const float *x = points + 3 * n;
+        good = good && fprintf(file, "%.9g %.9g %.9g\n", -(double)x[0], -(double)x[1], (double)x[2]) > 0;
+    }
+    if (fclose(file) != 0 || !good) {
+        remove(path);
+        return write_error(error, path, "writing failed");
+    }
+    return true;
+}
+
 /* ---- landmarks of several frames ---- */
 
 struct row {

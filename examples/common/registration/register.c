@@ -124,6 +124,13 @@ static void index_map(const struct volume *to, const double map[3][4], const str
     }
 }
 
+static inline void map_voxel(const float map[3][4], int i, int j, int k, float x[3])
+{
+    for (int r = 0; r < 3; ++r) {
+        x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
+    }
+}
+
 static bool in_box(const int dims[3], const float x[3])
 {
     return x[0] >= -0.5f && x[1] >= -0.5f && x[2] >= -0.5f && x[0] <= (float)dims[0] - 0.5f && x[1] <= (float)dims[1] - 0.5f
@@ -143,9 +150,7 @@ void register_resample(const struct volume *from, const float *values, const dou
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
                 float x[3];
-                for (int r = 0; r < 3; ++r) {
-                    x[r] = m[r][0] * (float)i + m[r][1] * (float)j + m[r][2] * (float)k + m[r][3];
-                }
+                map_voxel((const float(*)[4])m, i, j, k, x);
                 vgrid_sample(from->dims, 1, values, x, result + n);
                 if (valid) {
                     valid[n] = in_box(from->dims, x);
@@ -373,9 +378,7 @@ static void transfer(const struct volume *from, const float *v, const struct vol
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
                 float x[3];
-                for (int r = 0; r < 3; ++r) {
-                    x[r] = m[r][0] * (float)i + m[r][1] * (float)j + m[r][2] * (float)k + m[r][3];
-                }
+                map_voxel((const float(*)[4])m, i, j, k, x);
                 vgrid_sample(from->dims, 3, v, x, out + 3 * n);
                 for (size_t c = 0; c < 3; ++c) {
                     out[3 * n + c] *= ratio;
@@ -461,11 +464,14 @@ static bool exponentiate(struct registration *reg)
     return good;
 }
 
-/* Finds the affine map on the coarser half of the grids, where demons would need many iterations for it. */
-static bool align(struct pair *pair, const struct register_settings *set, float finest, int levels, struct registration *reg)
+/* Finds the affine map on the coarser half of the grids, where demons would need many iterations for it. *overlap: false where the
+ * images do not. */
+static bool align(struct pair *pair, const struct register_settings *set, float finest, int levels, struct registration *reg,
+                  bool *overlap)
 {
     bool good = true;
-    for (int l = levels - 1; good && l >= levels / 2 && set->align != REGISTER_ALIGN_NONE; --l) {
+    *overlap = true;
+    for (int l = levels - 1; good && *overlap && l >= (set->align == REGISTER_ALIGN_NONE ? levels - 1 : levels / 2); --l) {
         struct volume fixed, moving = *pair->moving;
         double identity[3][4];
         register_identity(identity);
@@ -473,7 +479,8 @@ static bool align(struct pair *pair, const struct register_settings *set, float 
         if (good) {
             register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, &fixed, fixed.data, NULL);
             moving.data = pair->moving_values;
-            good = register_affine(&fixed, &moving, set->align, reg->affine);
+            good = l < levels - 1 || register_find_start(&fixed, &moving, set->align, set->start, reg->affine, overlap);
+            good = good && (set->align == REGISTER_ALIGN_NONE || register_affine(&fixed, &moving, set->align, reg->affine));
             volume_free(&fixed);
         }
     }
@@ -516,6 +523,16 @@ static bool choose_windows(struct pair *pair, bool *one_scale, char error[VOLUME
     return true;
 }
 
+static bool is_flat(const struct volume *image, const char *name, char error[VOLUME_TEXT])
+{
+    const bool flat = image->dims[0] < 2 || image->dims[1] < 2 || image->dims[2] < 2;
+    if (flat) { /* without a gradient across its plane no map of space is determined */
+        snprintf(error, VOLUME_TEXT, "the %s image is flat (%d x %d x %d voxels): only images of three dimensions are registered", name,
+                 image->dims[0], image->dims[1], image->dims[2]);
+    }
+    return flat;
+}
+
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *wanted,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT])
 {
@@ -524,15 +541,17 @@ bool register_images(const struct volume *fixed, const struct volume *moving, co
     const float side = cbrtf(fixed->spacing[0] * fixed->spacing[1] * fixed->spacing[2]);
     memset(result, 0, sizeof *result);
     register_identity(result->affine);
-    if (!choose_windows(&pair, &set.one_scale, error)) {
+    if (is_flat(fixed, "fixed", error) || is_flat(moving, "moving", error) || !choose_windows(&pair, &set.one_scale, error)) {
         return false;
     }
     result->one_scale = set.one_scale;
-    snprintf(error, VOLUME_TEXT, "not enough memory");
     pair.fixed_values = malloc(volume_voxels(fixed) * sizeof *pair.fixed_values);
     pair.moving_values = malloc(volume_voxels(moving) * sizeof *pair.moving_values);
     result->level_count = choose_levels(fixed, side, set.levels);
-    bool good = pair.fixed_values && pair.moving_values && align(&pair, &set, side, result->level_count, result);
+    bool overlap = true;
+    bool good = pair.fixed_values && pair.moving_values && align(&pair, &set, side, result->level_count, result, &overlap);
+    snprintf(error, VOLUME_TEXT, overlap ? "not enough memory" : "the images do not overlap where their headers place them");
+    good = good && overlap;
     for (int l = result->level_count - 1; good && l >= 0; --l) {
         good = demons_level(&pair, &set, ldexpf(side, l), start, result, &result->levels[l]);
     }

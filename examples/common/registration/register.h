@@ -18,10 +18,19 @@ enum register_similarity {
     REGISTER_LCC  /* local correlation: SSD after subtracting the local mean and dividing by the local deviation */
 };
 
+/* Where the alignment begins. The candidates are improved on the coarsest grid; the one of the highest correlation is taken, and
+ * another than the world coordinates only where its correlation is higher by .02. */
+enum register_start {
+    REGISTER_START_CENTERS, /* the world coordinates of the files, or the centres of mass laid on each other */
+    REGISTER_START_HEADERS, /* the world coordinates alone */
+    REGISTER_START_SEARCH   /* also the principal axes laid on each other, and the 24 rotations of a cube: any position */
+};
+
 enum { REGISTER_MAX_LEVELS = 6, REGISTER_MIN_CELLS = 16 };
 
 struct register_settings {
     enum register_align align;
+    enum register_start start; /* not for REGISTER_ALIGN_NONE; rotations not for REGISTER_ALIGN_TRANSLATION */
     enum register_similarity similarity;
     bool one_scale;        /* equal tissue has equal intensity in both; false: detected, or scales are matched */
     bool one_sided;        /* forces of the fixed image's side only: half the time, but not symmetric */
@@ -51,7 +60,8 @@ struct registration {
 };
 
 /* Registers two images. start: a registration of the same fixed image whose velocity is the first guess, or NULL. Returns
- * false with an empty *result if memory is short or an image is constant, with the reason in `error`. */
+ * false with an empty *result if memory is short, an image is constant or flat, or the two do not overlap, with the reason in
+ * `error`. */
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT]);
 void registration_free(struct registration *registration);
@@ -71,6 +81,17 @@ struct register_window {
     float low, high;
 };
 bool register_window_of(const struct volume *image, struct register_window *window);
+
+/* Finds the map from the world of `fixed` to that of `moving` at which the alignment begins (register_start.c). *overlap: false
+ * where no candidate lays enough of the images on each other. Values as for register_affine. Returns false if memory is short. */
+bool register_find_start(const struct volume *fixed, const struct volume *moving, enum register_align align,
+                         enum register_start start, double map[3][4], bool *overlap);
+
+/* Returns the number of the fixed image's voxels that have to lie in the moving one: .3 of the smaller of the two boxes. */
+double register_min_voxels(const struct volume *fixed, const struct volume *moving);
+
+/* Returns Pearson's correlation over the items where both are finite, 0 where one of them is constant. *common: their number. */
+double register_correlation(const float *a, const float *b, size_t count, size_t *common);
 
 /* Improves the map A from the world of `fixed` to that of `moving` for the sum of squared differences of values that are
  * already on comparable scales (register_affine.c). */

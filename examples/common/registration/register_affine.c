@@ -9,7 +9,6 @@
 #include <string.h>
 
 enum { MAX_PARAMETERS = 12, ITERATIONS = 40 };
-static const double min_overlap = 0.3; /* share of the fixed image's voxels that must lie inside the moving one */
 
 /* Normal equations of one slice or of all slices. */
 struct normal {
@@ -125,7 +124,7 @@ static double equations(const struct problem *p, const double map[3][4], struct 
             ((double *)(void *)sum)[n] += slice[n];
         }
     }
-    return sum->number >= min_overlap * (double)vgrid_voxels(dims) ? sum->squares / sum->number : INFINITY;
+    return sum->number >= register_min_voxels(p->fixed, p->moving) ? sum->squares / sum->number : INFINITY;
 }
 
 /* Computes the matrix of a rotation about `axis` by its length (Rodrigues). */

@@ -20,7 +20,7 @@ struct run {
     springls_measures start;
     FILE *series;
     struct model_frame frames[MAX_FRAMES];
-    int frames_taken, coverages;
+    int frames_taken;
     double stage_before[SPRINGLS_STAGE_COUNT];
 };
 
@@ -165,32 +165,11 @@ static void count_work(struct benchmark_result *result, springls_cl_counts befor
     result->bytes_down_per_step += (double)(after.bytes_down - before.bytes_down);
 }
 
-/* Adds the last of run->coverages values to their range and mean. */
-static void add_coverage(const struct run *run, double value, double *least, double *mean, double *most)
-{
-    *least = run->coverages > 1 ? fmin(*least, value) : value;
-    *most = fmax(*most, value);
-    *mean += (value - *mean) / run->coverages;
-}
-
-/* Measures the coverage at every 24th part of a run, from the first resampling on. */
+/* Measures the coverage at every 24th part of a run. */
 static bool measure_coverage(struct run *run, int call, int calls)
 {
-    struct benchmark_result *r = &run->result;
-    struct benchmark_coverage c;
     const int every = calls > PARTS ? calls / PARTS : 1;
-    if (call % every != 0 || springls_get_stats(run->ctx).steps < springls_get_params(run->ctx).resample_period) {
-        return true;
-    }
-    if (!benchmark_measure_coverage(run->ctx, &c)) {
-        return false;
-    }
-    ++run->coverages;
-    add_coverage(run, c.area, &r->coverage_min.area, &r->coverage_mean.area, &r->coverage_max.area);
-    add_coverage(run, c.covered, &r->coverage_min.covered, &r->coverage_mean.covered, &r->coverage_max.covered);
-    add_coverage(run, c.covered_twice, &r->coverage_min.covered_twice, &r->coverage_mean.covered_twice,
-                 &r->coverage_max.covered_twice);
-    return true;
+    return call % every != 0 || coverage_add(run->ctx, &run->result.coverage);
 }
 
 static int take_steps(struct run *run)

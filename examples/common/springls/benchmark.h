@@ -11,6 +11,7 @@
 
 #include "base/cli.h"
 #include "springls.h"
+#include "springls/coverage.h"
 #include "springls/model_pictures.h"
 
 /* The paper's figures for a setting: texts for the table, NULL where it has none. */
@@ -55,15 +56,10 @@ struct benchmark_error {
     double mean, std, q99, max; /* q99: the 99th percentile */
 };
 
-struct benchmark_coverage {
-    double area;                   /* springls' area over the zero level's */
-    double covered, covered_twice; /* share of the zero level within .1 voxel of a springl of its side; of two or more */
-};
-
 struct benchmark_result {
     int steps, springls_initial, springls_final, threads;
     double springls_mean;
-    struct benchmark_coverage coverage_min, coverage_mean, coverage_max; /* over 24 times, after the first resampling */
+    struct coverage_range coverage; /* over 24 times, after the first resampling */
     struct benchmark_error deformation, tracking, halfway, surface;
     double volume_change_percent, volume_error_percent;
     int components, euler;
@@ -88,8 +84,6 @@ struct benchmark_error benchmark_tracking(springls_view particles, springls_view
 /* Compares correspondences, moved by the exact flow to `time`, with the particles. */
 struct benchmark_error benchmark_flow_error(const struct benchmark *benchmark, double time, springls_view particles,
                                             springls_view correspondences);
-/* Returns false when the library fails or memory is short. The model's world is its grid. */
-bool benchmark_measure_coverage(springls_context *ctx, struct benchmark_coverage *out);
 
 bool benchmark_write_json(const struct benchmark *benchmark, const struct benchmark_options *options,
                           const struct benchmark_result *result);

@@ -67,13 +67,13 @@ static void json_work(struct json_writer *json, const struct benchmark_result *r
 
 static void json_coverage(struct json_writer *json, const struct benchmark_result *r)
 {
-    json_number(json, "coverage_min", r->coverage_min.area);
-    json_number(json, "coverage_mean", r->coverage_mean.area);
-    json_number(json, "coverage_max", r->coverage_max.area);
-    json_number(json, "covered_min", r->coverage_min.covered);
-    json_number(json, "covered_mean", r->coverage_mean.covered);
-    json_number(json, "covered_twice_mean", r->coverage_mean.covered_twice);
-    json_number(json, "covered_twice_max", r->coverage_max.covered_twice);
+    json_number(json, "coverage_min", r->coverage.least.area);
+    json_number(json, "coverage_mean", r->coverage.mean.area);
+    json_number(json, "coverage_max", r->coverage.most.area);
+    json_number(json, "covered_min", r->coverage.least.covered);
+    json_number(json, "covered_mean", r->coverage.mean.covered);
+    json_number(json, "covered_twice_mean", r->coverage.mean.covered_twice);
+    json_number(json, "covered_twice_max", r->coverage.most.covered_twice);
 }
 
 bool benchmark_write_json(const struct benchmark *b, const struct benchmark_options *o, const struct benchmark_result *r)
@@ -165,8 +165,8 @@ void benchmark_print_table(const struct benchmark *b, const struct benchmark_opt
     print_ours(b, r);
     print_paper(b);
     printf("  springls lie over %.0f %% of the zero level (at least %.0f %%), two over %.0f %%; their area is %.2f to %.2f of its\n",
-           100.0 * r->coverage_mean.covered, 100.0 * r->coverage_min.covered, 100.0 * r->coverage_mean.covered_twice,
-           r->coverage_min.area, r->coverage_max.area);
+           100.0 * r->coverage.mean.covered, 100.0 * r->coverage.least.covered, 100.0 * r->coverage.mean.covered_twice,
+           r->coverage.least.area, r->coverage.most.area);
     printf("  %d component%s, Euler number %d, %.1f steps a second, peak memory %.0f MiB\n", r->components,
            r->components == 1 ? "" : "s", r->euler, r->seconds_total > 0.0 ? r->steps / r->seconds_total : 0.0,
            peak_rss_mib());

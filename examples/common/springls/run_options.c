@@ -104,10 +104,31 @@ static int set_params(const char *program, const char *set, springls_params *par
     return CLI_CONTINUE;
 }
 
+/* Makes a folder and those that it lies in, as far as they are missing. */
+static bool make_folders(const char *path)
+{
+    char folder[1024];
+    for (size_t n = 1; n < sizeof folder; ++n) {
+        const char end = path[n];
+        if (end == '/' || end == '\0') {
+            memcpy(folder, path, n);
+            folder[n] = '\0';
+            if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
+                return false;
+            }
+        }
+        if (end == '\0') {
+            return true;
+        }
+    }
+    errno = ENAMETOOLONG;
+    return false;
+}
+
 /* Makes the folder of --out before the run, so that a mistake is found early. */
 static int make_folder(const char *program, const char *path)
 {
-    const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
+    const bool made = make_folders(path);
     struct stat info;
     if (!made) {
         return cli_fail(program, CLI_EXIT_FAILURE, "cannot make the folder %s: %s", path, strerror(errno));

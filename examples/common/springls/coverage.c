@@ -1,5 +1,5 @@
-/* benchmark_coverage.c - how much of the zero level lies in springls. */
-#include "springls/benchmark.h"
+/* coverage.c - how much of the zero level lies in springls. */
+#include "springls/coverage.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -121,16 +121,42 @@ static void place_in(const float *triangle, int i, double x[3])
     }
 }
 
-static void measure(const struct cells *cells, const springls_mesh *zero_level, struct benchmark_coverage *out)
+/* The corners of a triangle of the mesh. */
+static void corners_in(const springls_mesh *mesh, int triangle, float corners[9])
 {
+    for (int k = 0; k < 9; ++k) {
+        corners[k] = mesh->positions[3 * (size_t)mesh->triangles[3 * triangle + k / 3] + (size_t)(k % 3)];
+    }
+}
+
+/* Returns 1 where the triangles of a closed mesh face outwards, else -1: voxels may be a mirror image of the world. */
+static double side_faced(const springls_mesh *closed)
+{
+    double volume = 0.0;
+    for (int t = 0; t < closed->triangle_count; ++t) {
+        float triangle[9];
+        double area2[3];
+        corners_in(closed, t, triangle);
+        area2_of(triangle, area2);
+        for (int k = 0; k < 3; ++k) {
+            volume += area2[k] * (double)triangle[k];
+        }
+    }
+    return volume < 0.0 ? -1.0 : 1.0;
+}
+
+static void measure(const struct cells *cells, const springls_mesh *zero_level, struct coverage *out)
+{
+    const double side = side_faced(zero_level);
     double area = 0.0, covered = 0.0, twice = 0.0;
     for (int t = 0; t < zero_level->triangle_count; ++t) {
         float triangle[9];
         double facing[3], x[3];
-        for (int k = 0; k < 9; ++k) {
-            triangle[k] = zero_level->positions[3 * (size_t)zero_level->triangles[3 * t + k / 3] + (size_t)(k % 3)];
-        }
+        corners_in(zero_level, t, triangle);
         area2_of(triangle, facing);
+        for (int k = 0; k < 3; ++k) {
+            facing[k] *= side;
+        }
         place_in(triangle, t, x);
         const double share = sqrt(dot(facing, facing));
         const int over = springls_over(cells, x, facing);
@@ -142,7 +168,7 @@ static void measure(const struct cells *cells, const springls_mesh *zero_level, 
     out->covered_twice = area > 0.0 ? twice / area : 0.0;
 }
 
-bool benchmark_measure_coverage(springls_context *ctx, struct benchmark_coverage *out)
+bool coverage_measure(springls_context *ctx, struct coverage *out)
 {
     struct cells cells = {{NULL, 0, 0}, NULL, NULL};
     springls_measures measures;
@@ -150,6 +176,7 @@ bool benchmark_measure_coverage(springls_context *ctx, struct benchmark_coverage
     if (springls_measure(ctx, &measures) != SPRINGLS_OK || springls_extract_mesh(ctx, &zero_level) != SPRINGLS_OK) {
         return false;
     }
+    springls_to_voxel(ctx, zero_level.positions, zero_level.vertex_count, zero_level.positions);
     cells.springls = springls_view_vertices(ctx);
     const bool sorted = sort_into_cells(&cells);
     if (sorted) {
@@ -160,4 +187,28 @@ bool benchmark_measure_coverage(springls_context *ctx, struct benchmark_coverage
     free(cells.first);
     free(cells.next);
     return sorted;
+}
+
+/* Adds the last of `count` values to their range and mean. */
+static void add(int count, double value, double *least, double *mean, double *most)
+{
+    *least = count > 1 ? fmin(*least, value) : value;
+    *most = count > 1 ? fmax(*most, value) : value;
+    *mean += (value - *mean) / count;
+}
+
+bool coverage_add(springls_context *ctx, struct coverage_range *range)
+{
+    struct coverage now;
+    if (springls_get_stats(ctx).steps < springls_get_params(ctx).resample_period) {
+        return true;
+    }
+    if (!coverage_measure(ctx, &now)) {
+        return false;
+    }
+    const int count = ++range->count;
+    add(count, now.area, &range->least.area, &range->mean.area, &range->most.area);
+    add(count, now.covered, &range->least.covered, &range->mean.covered, &range->most.covered);
+    add(count, now.covered_twice, &range->least.covered_twice, &range->mean.covered_twice, &range->most.covered_twice);
+    return true;
 }

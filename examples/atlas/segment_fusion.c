@@ -1,0 +1,112 @@
+/* segment_fusion.c - an image's object by the votes of an atlas's subjects (fusion.h). */
+#include "atlas/atlas.h"
+
+#include "base/vec3.h"
+#include "imaging/segment_image.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const float unmoved[3] = {0.0f, 0.0f, 0.0f};
+static const double near_enough = 0.5; /* correlation from which on a registration needs no search before it */
+
+bool atlas_lies_near(struct atlas_segment *run)
+{
+    const struct fusion_template *template = &run->atlas.templates[0];
+    const size_t bytes = 3 * (size_t)template->vertices * sizeof *run->placing.shape;
+    if (fusion_agreement(&template->image, &run->image, unmoved) < near_enough) {
+        return false;
+    }
+    run->placing.pose = similarity_identity();
+    run->placing.shape = malloc(bytes);
+    if (run->placing.shape) {
+        memcpy(run->placing.shape, template->places, bytes);
+    }
+    return run->placing.shape != NULL;
+}
+
+/* Chooses the shift from template to image: none, as images of one protocol need, or that of the atlas's place in the image. */
+static void choose_shift(const struct atlas_segment *run, const struct fusion_template *template, float shift[3])
+{
+    const size_t vertices = (size_t)template->vertices;
+    double from[3], to[3], radius;
+    shape_size(template->places, vertices, from, &radius);
+    shape_size(run->placing.shape, vertices, to, &radius);
+    for (int a = 0; a < 3; ++a) {
+        shift[a] = (float)(to[a] - from[a]);
+    }
+    if (fusion_agreement(&template->image, &run->image, unmoved) >= fusion_agreement(&template->image, &run->image, shift)) {
+        memset(shift, 0, 3 * sizeof *shift);
+    }
+}
+
+/* Lets the subjects vote at the template's places in the image, and corrects the votes. */
+static bool vote(const struct atlas_segment *run, const struct fusion_template *template, const struct fusion_map *map,
+                 float *probability, float *trust)
+{
+    const size_t voxels = volume_voxels(&template->image);
+    bool all[ATLAS_MAX_SUBJECTS];
+    struct fusion_votes votes = {NULL, NULL, NULL, NULL};
+    float *image = malloc(voxels * sizeof *image);
+    for (int s = 0; s < template->count; ++s) {
+        all[s] = true;
+    }
+    if (image) {
+        fusion_sample(map, &template->image, &run->image, image);
+    }
+    const bool good = image && fusion_vote(template, image, all, &votes) && fusion_correct(template, &votes, probability);
+    *trust = good ? fusion_trust(template, &votes) : 0.0f;
+    fusion_votes_free(&votes);
+    free(image);
+    return good || atlas_no_memory();
+}
+
+/* Asks one template. places: receives the atlas's vertices in the image. */
+static bool ask_template(struct atlas_segment *run, int t, float *places)
+{
+    const struct fusion_template *template = &run->atlas.templates[t];
+    float shift[3];
+    char error[VOLUME_TEXT];
+    choose_shift(run, template, shift);
+    if (!fusion_register(&template->image, &run->image, shift, &run->maps[t], error)) {
+        return atlas_fail("%s: %s", run->settings.image, error);
+    }
+    run->probabilities[t] = malloc(volume_voxels(&template->image) * sizeof *run->probabilities[t]);
+    fusion_forward(&run->maps[t], template->places, (size_t)template->vertices, places);
+    return (run->probabilities[t] || atlas_no_memory())
+        && vote(run, template, &run->maps[t], run->probabilities[t], &run->trust[t]);
+}
+
+bool atlas_fuse(struct atlas_segment *run, float *shape)
+{
+    const int count = run->atlas.template_count;
+    const size_t length = 3 * (size_t)run->atlas.mean.vertex_count;
+    float *places = malloc((size_t)count * length * sizeof *places), total = 0.0f;
+    bool good = places || atlas_no_memory();
+    for (int t = 0; good && t < count; ++t) {
+        good = ask_template(run, t, places + (size_t)t * length);
+        total += run->trust[t];
+    }
+    for (int t = 0; good && t < count; ++t) {
+        run->trust[t] /= total;
+        for (size_t i = 0; i < length; ++i) {
+            shape[i] = (t > 0 ? shape[i] : 0.0f) + run->trust[t] * places[(size_t)t * length + i];
+        }
+    }
+    free(places);
+    return good;
+}
+
+float atlas_fused_at(const struct atlas_segment *run, const float place[3])
+{
+    float sum = 0.0f;
+    for (int t = 0; t < run->atlas.template_count; ++t) {
+        const struct fusion_template *template = &run->atlas.templates[t];
+        float there[3], index[3];
+        fusion_back(&run->maps[t], place, 1, there);
+        volume_world_to_index(&template->image, there, index);
+        sum += run->trust[t] * (segment_trilinear(template->image.dims, run->probabilities[t], index) - template->level);
+    }
+    return sum;
+}

@@ -1,0 +1,63 @@
+/* fields.c - the two images, and the fields between them: found, or read from a file. */
+#include "register/run.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+
+bool register_fail(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    cli_failed("register", format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+bool register_no_memory(void) { return register_fail("not enough memory"); }
+
+bool register_read(struct run *run)
+{
+    char error[VOLUME_TEXT];
+    return (volume_read(run->fixed_path, run->fixed_frame, &run->fixed, error)
+            && volume_read(run->moving_path, run->moving_frame, &run->moving, error))
+           || register_fail("%s", error);
+}
+
+bool register_fields(struct run *run)
+{
+    char error[VOLUME_TEXT];
+    double remains = 0.0;
+    if (run->field_path) {
+        struct field read;
+        if (!field_read(run->field_path, &read, error)) {
+            return register_fail("%s", error);
+        }
+        const bool good = field_create(&run->fixed, &run->forward);
+        if (good) {
+            field_sample(field_map_points, &read, &run->forward);
+        }
+        field_free(&read);
+        return (good && field_invert(&run->forward, &run->moving, &run->inverse, &remains)) || register_no_memory();
+    }
+    if (!register_images(&run->fixed, &run->moving, &run->settings, NULL, &run->registration, error)) {
+        return register_fail("%s", error);
+    }
+    if (!field_create(&run->fixed, &run->forward) || !field_create(&run->moving, &run->inverse)) {
+        return register_no_memory();
+    }
+    field_sample(registration_map, &run->registration, &run->forward);
+    field_sample(registration_map_back, &run->registration, &run->inverse);
+    return true;
+}
+
+void register_free(struct run *run)
+{
+    volume_free(&run->fixed);
+    volume_free(&run->moving);
+    registration_free(&run->registration);
+    field_free(&run->forward);
+    field_free(&run->inverse);
+    free(run->unmoved);
+    free(run->warped);
+    free(run->jacobian);
+}

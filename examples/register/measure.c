@@ -1,0 +1,221 @@
+/* measure.c - how well the fields bring the two images together, and the labels and landmarks that are given. */
+#include "register/run.h"
+
+#include "base/vec3.h"
+#include "imaging/overlap.h"
+#include "registration/points.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double tolerated = 0.01; /* loss of correlation that local similarity or another scale may bring */
+
+/* Measures mean and maximum of the inverse's error over the fixed image's voxels that stay inside both images; a root mean
+ * square would not show where the inverse fails. */
+static void compare_inverse(struct run *run)
+{
+    const struct volume *grid = &run->fixed;
+    size_t number = 0;
+    double sum = 0.0;
+    for (size_t n = 0; n < volume_voxels(grid); ++n) {
+        int place[3];
+        float x[3], there[3], at[3], back[3];
+        bool inside = true;
+        volume_place(grid->dims, n, place);
+        const float index[3] = {(float)place[0], (float)place[1], (float)place[2]};
+        volume_index_to_world(grid, index, x);
+        vec3_add_scaled(x, 1.0f, run->forward.mm + 3 * n, there);
+        volume_world_to_index(&run->moving, there, at);
+        for (int a = 0; a < 3; ++a) {
+            inside = inside && at[a] >= 0.0f && at[a] <= (float)(run->moving.dims[a] - 1);
+        }
+        if (inside) {
+            field_map(&run->inverse, there, back);
+            vec3_sub(back, x, back);
+            const double error = (double)vec3_length(back);
+            sum += error;
+            run->inverse_error.max = fmax(run->inverse_error.max, error);
+            ++number;
+        }
+    }
+    run->inverse_error.mean = number > 0 ? sum / (double)number : (double)NAN;
+}
+
+float register_normalized(float value, struct register_window window)
+{
+    return fmaxf(0.0f, fminf(1.0f, (value - window.low) / (window.high - window.low)));
+}
+
+/* Compares before and after over the same voxels: those that both maps bring into the moving image. NaN where they are few. */
+static bool compare_correlation(struct run *run)
+{
+    const size_t total = volume_voxels(&run->fixed);
+    size_t common = 0;
+    float *fixed = malloc(total * sizeof *fixed);
+    if (!fixed) {
+        return register_no_memory();
+    }
+    for (size_t n = 0; n < total; ++n) {
+        fixed[n] = isnan(run->unmoved[n]) || isnan(run->warped[n]) ? NAN : run->fixed.data[n];
+    }
+    run->correlation_before = register_correlation(fixed, run->unmoved, total, &common);
+    run->correlation_after = register_correlation(fixed, run->warped, total, &common);
+    if ((double)common < register_min_voxels(&run->fixed, &run->moving)) {
+        run->correlation_before = run->correlation_after = (double)NAN;
+    }
+    free(fixed);
+    return true;
+}
+
+/* Returns the share of the fixed image's voxels that are mapped into the moving one, of those that have to be. */
+static double overlap_after(const struct run *run)
+{
+    size_t inside = 0;
+    register_correlation(run->fixed.data, run->warped, volume_voxels(&run->fixed), &inside);
+    return (double)inside / register_min_voxels(&run->fixed, &run->moving);
+}
+
+/* Returns the root mean square difference where the moving image is defined; elsewhere `moved` is NaN. */
+static double rms(const struct run *run, const float *moved, struct register_window fixed, struct register_window moving)
+{
+    const size_t total = volume_voxels(&run->fixed);
+    double sum = 0.0, number = 0.0;
+    for (size_t n = 0; n < total; ++n) {
+        if (!isnan(moved[n])) {
+            const double d = (double)(register_normalized(run->fixed.data[n], fixed) - register_normalized(moved[n], moving));
+            sum += d * d;
+            number += 1.0;
+        }
+    }
+    return number > 0.0 ? sqrt(sum / number) : (double)NAN;
+}
+
+/* Of two empty objects the overlap would be perfect. */
+static bool has_label(const struct run *run, const struct volume *labels, const char *path)
+{
+    const struct overlap itself = overlap_labels(labels->data, labels->data, volume_voxels(labels), (float)run->label);
+    return itself.both > 0
+           || (run->label < 0 ? register_fail("%s: no voxel has a label", path)
+                              : register_fail("%s: no voxel has the label %d", path, run->label));
+}
+
+static bool compare_labels(struct run *run)
+{
+    char error[VOLUME_TEXT];
+    struct volume fixed, moving;
+    struct field still;
+    float *moved = malloc(volume_voxels(&run->fixed) * sizeof *moved);
+    if (!volume_read(run->fixed_labels_path, run->fixed_frame, &fixed, error)) {
+        free(moved);
+        return register_fail("%s", error);
+    }
+    if (!volume_read(run->moving_labels_path, run->moving_frame, &moving, error)) {
+        volume_free(&fixed);
+        free(moved);
+        return register_fail("%s", error);
+    }
+    bool good = volume_same_grid(&fixed, &run->fixed);
+    if (!good) {
+        register_fail("%s: not on the grid of the fixed image", run->fixed_labels_path);
+    } else if (!has_label(run, &fixed, run->fixed_labels_path) || !has_label(run, &moving, run->moving_labels_path)) {
+        good = false;
+    } else if (!moved || !field_create(&run->fixed, &still)) {
+        good = register_no_memory();
+    } else {
+        field_warp_labels(&still, &moving, moved);
+        run->dice_before = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        field_warp_labels(&run->forward, &moving, moved);
+        run->dice_after = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->has_labels = true;
+        field_free(&still);
+    }
+    volume_free(&fixed);
+    volume_free(&moving);
+    free(moved);
+    return good;
+}
+
+static bool compare_points(struct run *run)
+{
+    char error[VOLUME_TEXT];
+    float *fixed = NULL, *moving = NULL;
+    size_t count = 0, moving_count = 0;
+    if (!points_read(run->fixed_points_path, &run->fixed, &fixed, &count, error)
+        || !points_read(run->moving_points_path, &run->moving, &moving, &moving_count, error)) {
+        free(fixed);
+        return register_fail("%s", error);
+    }
+    if (count != moving_count) {
+        free(fixed);
+        free(moving);
+        return register_fail("there are not as many points in one image as in the other");
+    }
+    for (size_t n = 0; n < count; ++n) {
+        float mapped[3], before[3], after[3];
+        field_map(&run->forward, fixed + 3 * n, mapped);
+        vec3_sub(fixed + 3 * n, moving + 3 * n, before);
+        vec3_sub(mapped, moving + 3 * n, after);
+        run->points_before.mean += (double)vec3_length(before) / (double)count;
+        run->points_before.max = fmax(run->points_before.max, (double)vec3_length(before));
+        run->points_after.mean += (double)vec3_length(after) / (double)count;
+        run->points_after.max = fmax(run->points_after.max, (double)vec3_length(after));
+    }
+    run->has_points = true;
+    run->point_count = count;
+    free(fixed);
+    free(moving);
+    return true;
+}
+
+/* Chooses the windows as the registration does: a common one if both images have one scale. */
+void register_windows(const struct run *run, struct register_window *fixed, struct register_window *moving)
+{
+    *fixed = *moving = (struct register_window){0.0f, 1.0f};
+    register_window_of(&run->fixed, fixed);
+    register_window_of(&run->moving, moving);
+    if (run->registration.one_scale) {
+        moving->low = fixed->low = fminf(fixed->low, moving->low);
+        moving->high = fixed->high = fmaxf(fixed->high, moving->high);
+    }
+}
+
+bool register_measure(struct run *run)
+{
+    struct register_window fixed, moving;
+    struct field still;
+    const size_t total = volume_voxels(&run->fixed);
+    run->unmoved = malloc(total * sizeof *run->unmoved);
+    run->warped = malloc(total * sizeof *run->warped);
+    run->jacobian = malloc(total * sizeof *run->jacobian);
+    if (!run->unmoved || !run->warped || !run->jacobian || !field_create(&run->fixed, &still)) {
+        return register_no_memory();
+    }
+    field_warp(&still, &run->moving, NAN, run->unmoved);
+    field_warp(&run->forward, &run->moving, NAN, run->warped);
+    field_free(&still);
+    if (!compare_correlation(run)) {
+        return false;
+    }
+    run->min_jacobian = field_jacobian(&run->forward, run->jacobian, &run->folded);
+    register_windows(run, &fixed, &moving);
+    run->overlap = overlap_after(run);
+    run->rms_before = rms(run, run->unmoved, fixed, moving);
+    run->rms_after = rms(run, run->warped, fixed, moving);
+    for (size_t n = 0; n < total; ++n) {
+        run->unmoved[n] = isnan(run->unmoved[n]) ? run->moving.minimum : run->unmoved[n];
+        run->warped[n] = isnan(run->warped[n]) ? run->moving.minimum : run->warped[n];
+    }
+    compare_inverse(run);
+    return (!run->fixed_labels_path || compare_labels(run)) && (!run->fixed_points_path || compare_points(run));
+}
+
+bool register_is_better(const struct run *run)
+{
+    if (run->overlap < 1.0) {
+        return register_fail("the map takes most of the fixed image out of the moving one");
+    }
+    return !(run->correlation_after < run->correlation_before - tolerated)
+           || register_fail("the result fits less than the start: correlation %.3f, before %.3f", run->correlation_after,
+                            run->correlation_before);
+}

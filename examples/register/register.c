@@ -1,0 +1,143 @@
+/* register.c - deformable registration of two 3-D images: a dense displacement field and its inverse.
+ *
+ *   register fixed.nii.gz moving.nii.gz --out result
+ *   register fixed.nii.gz moving.nii.gz --fixed-labels a.nii.gz --moving-labels b.nii.gz --json -
+ *   register fixed.nii.gz moving.nii.gz --field deformationField.nii.gz --out result     # of another program
+ *
+ * The field maps points of the fixed image to the moving one, so the moving image sampled at the mapped points looks like the
+ * fixed one. See registration/register.h for the method, registration/field.h for the files and the conventions of ITK and
+ * elastix. */
+#include "register/run.h"
+
+#include "base/progress.h"
+#include "springls/run_options.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static int read_command_line(struct run *run, int argc, char **argv)
+{
+    static const char *const aligns[] = {"none", "translation", "rigid", "affine"};
+    static const char *const starts[] = {"centers", "headers", "search"};
+    struct register_settings *set = &run->settings;
+    const struct cli_option options[] = {
+        {"align", CLI_CHOICE, &run->align, NULL, "what comes before the deformation", 0, 0, "none|translation|rigid|affine"},
+        {"start", CLI_CHOICE, &run->start, NULL, "where that begins: centres of mass or headers; headers alone; any rotation", 0, 0,
+         "centers|headers|search"},
+        {"similarity", CLI_CHOICE, &run->similarity, NULL, "squared differences, or local correlation", 0, 0, "ssd|lcc"},
+        {"one-scale", CLI_FLAG, &set->one_scale, NULL, "intensities mean the same in both images; without it this is found out",
+         0, 0, NULL},
+        {"one-sided", CLI_FLAG, &set->one_sided, NULL, "forces of the fixed image's side only: faster, not symmetric", 0, 0,
+         NULL},
+        {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the image's size", 0,
+         REGISTER_MAX_LEVELS, NULL},
+        {"iterations", CLI_INT, &set->iterations, "K", "at most on each grid", 0, 1e5, NULL},
+        {"update-sigma", CLI_FLOAT, &set->update_sigma, "S", "Gaussian of the update, voxels (fluid)", 0, 20, NULL},
+        {"velocity-sigma", CLI_FLOAT, &set->velocity_sigma, "S", "Gaussian of the velocity, voxels (elastic)", 0, 20, NULL},
+        {"longest-update", CLI_FLOAT, &set->longest_update, "D", "voxels an iteration", 0.01, 5, NULL},
+        {"field", CLI_STRING, &run->field_path, "FILE", "take this displacement field (NIfTI, mm, LPS+) and register nothing",
+         0, 0,
+         NULL},
+        {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
+        {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
+        {"fixed-labels", CLI_STRING, &run->fixed_labels_path, "FILE", "label map of the fixed image, to compare", 0, 0, NULL},
+        {"moving-labels", CLI_STRING, &run->moving_labels_path, "FILE", "label map of the moving image", 0, 0, NULL},
+        {"label", CLI_INT, &run->label, "K", "the label to compare; -1: all but 0", -1, 1e9, NULL},
+        {"fixed-points", CLI_STRING, &run->fixed_points_path, "FILE", "landmarks of the fixed image (elastix's text)", 0, 0,
+         NULL},
+        {"moving-points", CLI_STRING, &run->moving_points_path, "FILE", "the same landmarks in the moving image", 0, 0, NULL},
+        {"warp-labels", CLI_STRING, &run->warp.labels, "FILE", "take a label map of the moving image to the fixed one", 0, 0, NULL},
+        {"warp-points", CLI_STRING, &run->warp.points, "FILE", "the same for points (elastix's text)", 0, 0, NULL},
+        {"warp-mesh", CLI_STRING, &run->warp.mesh, "FILE", "the same for a mesh, mm in RAS+ axes", 0, 0, NULL},
+        {"inverse-labels", CLI_STRING, &run->inverse_warp.labels, "FILE", "take a label map of the fixed image to the moving one", 0, 0,
+         NULL},
+        {"inverse-points", CLI_STRING, &run->inverse_warp.points, "FILE", "the same for points", 0, 0, NULL},
+        {"inverse-mesh", CLI_STRING, &run->inverse_warp.mesh, "FILE", "the same for a mesh", 0, 0, NULL},
+    };
+    const struct cli_positional positionals[] = {{"FIXED", &run->fixed_path, "image that stays", true},
+                                                 {"MOVING", &run->moving_path, "image that is deformed to look like it", true}};
+    const struct cli_program program = {.name = "register",
+                                        .summary = "finds the displacement field from one image to another, and its inverse",
+                                        .common = &run->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = positionals,
+                                        .positional_count = 2};
+    const int status = cli_parse(&program, argc, argv);
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    while (strcmp(aligns[set->align], run->align) != 0) {
+        set->align = (enum register_align)(((int)set->align + 1) % 4);
+    }
+    while (strcmp(starts[set->start], run->start) != 0) {
+        set->start = (enum register_start)(((int)set->start + 1) % 3);
+    }
+    set->similarity = strcmp(run->similarity, "lcc") == 0 ? REGISTER_LCC : REGISTER_SSD;
+    if (!run->fixed_labels_path != !run->moving_labels_path) {
+        return cli_fail("register", CLI_EXIT_USAGE, "--fixed-labels and --moving-labels go together");
+    }
+    if (!run->fixed_points_path != !run->moving_points_path) {
+        return cli_fail("register", CLI_EXIT_USAGE, "--fixed-points and --moving-points go together");
+    }
+    const struct carried *w = &run->warp, *i = &run->inverse_warp;
+    if (!run->common.out && (w->labels || w->points || w->mesh || i->labels || i->points || i->mesh)) {
+        return cli_fail("register", CLI_EXIT_USAGE, "--warp-... and --inverse-... write into the folder of --out, which is missing");
+    }
+    return CLI_CONTINUE;
+}
+
+static void print_summary(const struct run *run)
+{
+    if (!cli_may_print(&run->common)) {
+        return;
+    }
+    if (run->rms_before >= 0.0) {
+        printf("difference (RMS, range 0..1) %.4f before, %.4f after; %.1f s\n", run->rms_before, run->rms_after, run->seconds);
+    } else {
+        printf("difference (RMS, range 0..1) %.4f, no overlap before; %.1f s\n", run->rms_after, run->seconds);
+    }
+    printf("smallest Jacobian %.3f; inverse of forward: mean %.4f mm, largest %.3f mm\n", (double)run->min_jacobian,
+           run->inverse_error.mean, run->inverse_error.max);
+    if (run->folded > 0) {
+        printf("note: the map folds at %zu voxels (%.3f %%)\n", run->folded,
+               100.0 * (double)run->folded / (double)volume_voxels(&run->fixed));
+    }
+    if (run->has_labels) {
+        printf("Dice %.4f before, %.4f after\n", run->dice_before, run->dice_after);
+    }
+    if (run->has_points) {
+        printf("%zu points: %.2f mm before (largest %.2f), %.2f mm after (largest %.2f)\n", run->point_count,
+               run->points_before.mean, run->points_before.max, run->points_after.mean, run->points_after.max);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    struct run run = {.align = "rigid", .start = "centers", .similarity = "ssd", .label = -1};
+    springls_params params;
+    run.common = cli_common_defaults();
+    run.settings = register_defaults();
+    int status = read_command_line(&run, argc, argv);
+    if (status == CLI_CONTINUE) {
+        status = run_options("register", &run.common, NULL, &params);
+    }
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    if (strcmp(run.common.backend, "opencl") == 0 && !run.common.quiet) {
+        fprintf(stderr, "register: no springls here: --backend opencl changes nothing\n");
+    }
+    const double begin = elapsed_seconds();
+    bool done = register_read(&run) && register_fields(&run);
+    run.seconds = elapsed_seconds() - begin;
+    done = done && register_measure(&run);
+    if (done) {
+        print_summary(&run);
+    }
+    done = done && (!run.common.out || (register_write(&run) && register_carry(&run)));
+    done = done && (!run.common.json || register_report(&run, run.common.json));
+    done = done && register_is_better(&run);
+    register_free(&run);
+    return done ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+}

@@ -1,0 +1,67 @@
+/* run.h - the parts of the program register. A function that can fail returns false after one line on stderr. Order:
+ * register_read, register_fields, register_measure, register_write. */
+#ifndef EXAMPLES_REGISTER_RUN_H
+#define EXAMPLES_REGISTER_RUN_H
+
+#include "base/cli.h"
+#include "registration/field.h"
+#include "registration/register.h"
+
+struct pair {
+    double mean, max;
+};
+
+/* Files to carry from one image to the other; NULL: none. */
+struct carried {
+    const char *labels, *points, *mesh;
+};
+
+struct run {
+    struct cli_common common;
+    struct register_settings settings;
+    const char *fixed_path, *moving_path, *field_path, *align, *start, *similarity;
+    const char *fixed_labels_path, *moving_labels_path, *fixed_points_path, *moving_points_path;
+    struct carried warp, inverse_warp; /* of the moving image to the fixed one; of the fixed one to the moving one */
+    int fixed_frame, moving_frame, label;
+    struct volume fixed, moving;
+    struct registration registration;
+    struct field forward, inverse; /* on the fixed image's grid; on the moving one's */
+    float *unmoved, *warped;       /* the moving image on the fixed one's grid, without and with the field */
+    float *jacobian;
+    float min_jacobian;
+    size_t folded;                 /* voxels at which the map folds */
+    double overlap;                /* of the registered images, over the least that is accepted */
+    double correlation_before, correlation_after; /* over the voxels that both maps bring into the moving image */
+    struct pair inverse_error;     /* |inverse(forward(x)) - x|, mm */
+    double rms_before, rms_after;  /* of the normalised images */
+    bool has_labels, has_points;
+    double dice_before, dice_after;
+    struct pair points_before, points_after;
+    size_t point_count;
+    double seconds;
+};
+
+bool register_fail(const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ;
+bool register_no_memory(void);
+
+bool register_read(struct run *run);
+bool register_fields(struct run *run);
+void register_free(struct run *run);
+
+/* Compares images, labels and landmarks before and after. */
+bool register_measure(struct run *run);
+/* Returns false, after one line, where the images fit less well than they did before. */
+bool register_is_better(const struct run *run);
+/* The windows of intensities that the registration takes: a common one if both images have one scale. */
+void register_windows(const struct run *run, struct register_window *fixed, struct register_window *moving);
+float register_normalized(float value, struct register_window window);
+
+bool register_carry(const struct run *run);                      /* labels, points and meshes through the maps, into --out */
+bool register_write(const struct run *run);                      /* the other files of --out */
+bool register_report(const struct run *run, const char *path);   /* JSON */
+
+#endif
