@@ -427,6 +427,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) *side_unknown = *opposed = 0;
     if (springls__keeps_phi(model, i)) return;
+    SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
