@@ -230,8 +230,10 @@ SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRI
     const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
     SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
     SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
+    SPRINGLS__NUM off2, facing;
     result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
-    result.ok = result.ok & (SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin)) <= 1.0f)
-              & (SPRINGLS__W(dot)(result.normal, fit->n) >= 0.3f);
+    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
+    facing = SPRINGLS__W(dot)(result.normal, fit->n);
+    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
     return result;
 }
