@@ -414,7 +414,7 @@ static void coverage(struct bench *bench, bool full)
     if (scan && level) {
         char word[1024];
         struct run *brain = new_run(bench, "segment_coverage", 1);
-        run_command(brain, "build/segment %s --level %s --quiet --json -", run_word(scan, word, sizeof word), level);
+        run_command(brain, "build/segment %s --level %s --grid 128 --quiet --json -", run_word(scan, word, sizeof word), level);
         coverage_row(&table, brain, "brain, segment");
     }
     table_print(&table, stdout);
