@@ -9570,12 +9570,12 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
     springls__part_add(part, at);
 }
 
-/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
-SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than
+   `largest`. */
+SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, at) < 0.0f;
+    bool inside = springls__phi_of(g, part->at[0]) < 0.0f;
     int i, d, from[3], to[3];
-    springls__part_begin(part, at);
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
@@ -9584,6 +9584,29 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
     return true;
+}
+
+/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    springls__part_begin(part, at);
+    return springls__part_grow(g, largest, part);
+}
+
+/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */
+SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])
+{
+    springls__part part;
+    int d, to[3], word;
+    uint32_t bit;
+    for (d = 0; d < 6; d++) {
+        springls__neighbor_voxel(at, d, to);
+        if (springls__phi_of(g, to) < 0.0f) continue;
+        springls__part_begin(&part, to);
+        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
+    }
+    return false;
 }
 
 /* ---- joining ---- */
@@ -9764,7 +9787,8 @@ SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at
     return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
-/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble
+   is left behind it. */
 SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
 {
     springls__joint here, there;
@@ -9779,7 +9803,7 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
         there.phi = springls__phi_of(g, there.at);
         if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
     }
-    return true;
+    return !springls__is_mouth(g, at);
 }
 
 /* ---- removal ---- */
@@ -30791,12 +30815,12 @@ static const char *const springls__kernel_lines[] = {
     "    springls__part_add(part, at);\n",
     "}\n",
     "\n",
-    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
-    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than\n",
+    "   `largest`. */\n",
+    "SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)\n",
     "{\n",
-    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    bool inside = springls__phi_of(g, part->at[0]) < 0.0f;\n",
     "    int i, d, from[3], to[3];\n",
-    "    springls__part_begin(part, at);\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
@@ -30805,6 +30829,29 @@ static const char *const springls__kernel_lines[] = {
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
     "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    springls__part_begin(part, at);\n",
+    "    return springls__part_grow(g, largest, part);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, to[3], word;\n",
+    "    uint32_t bit;\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
+    "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
+    "        springls__part_begin(&part, to);\n",
+    "        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
     "\n",
     "/* ---- joining ---- */\n",
@@ -30985,7 +31032,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble\n",
+    "   is left behind it. */\n",
     "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    springls__joint here, there;\n",
@@ -31000,7 +31048,7 @@ static const char *const springls__kernel_lines[] = {
     "        there.phi = springls__phi_of(g, there.at);\n",
     "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
     "    }\n",
-    "    return true;\n",
+    "    return !springls__is_mouth(g, at);\n",
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
@@ -31159,7 +31207,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9943 \"springls.h\"\n",
+    "#line 9967 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -31235,7 +31283,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10020 \"springls.h\"\n",
+    "#line 10044 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -31471,7 +31519,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10257 \"springls.h\"\n",
+    "#line 10281 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -31504,7 +31552,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10291 \"springls.h\"\n",
+    "#line 10315 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -31529,7 +31577,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10317 \"springls.h\"\n",
+    "#line 10341 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -31779,7 +31827,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10568 \"springls.h\"\n",
+    "#line 10592 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -31879,7 +31927,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 31883 \"springls.h\"\n",
+    "#line 31931 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
