@@ -127,7 +127,7 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 	@$(MAKE) $(PARALLEL) leveque segment
 	@mkdir -p build/demo
 	build/leveque --grid 64 --period 1.25 --out build/demo
-	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --out build/demo/brain
+	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --grid 128 --out build/demo/brain
 	@echo "see build/demo/"
 
 -include $(wildcard build/examples/*.d build/examples/*/*.d build/examples/*/*/*.d)

@@ -146,6 +146,7 @@ EMSCRIPTEN_KEEPALIVE bool web_frame(double seconds, double pixels)
     if (flow_part < FLOW_PARTS) {
         flow_on();
     } else {
+        app.budget = VIEWER_BUDGET;
         viewer_app_work(&app, seconds < 0.1 ? seconds : 0.1);
     }
     if (shown != app.looks) {
