@@ -109,8 +109,10 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
    `largest`. */
 SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, part->at[0]) < 0.0f;
+    bool inside;
     int i, d, from[3], to[3];
+    springls__part_place(part, 0, from);
+    inside = springls__phi_of(g, from) < 0.0f;
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
