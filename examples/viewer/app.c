@@ -402,18 +402,38 @@ static bool use_tool(struct viewer_app *app, float seconds)
 
 bool viewer_app_busy(const struct viewer_app *app)
 {
-    return works(app) || !viewer_model_at_rest(&app->model) || (app->second.ctx && !viewer_model_at_rest(&app->second));
+    return works(app) || app->model.chunks_in_progress || !viewer_model_at_rest(&app->model)
+        || (app->second.ctx && !viewer_model_at_rest(&app->second));
 }
 
-void viewer_app_work(struct viewer_app *app, double seconds)
+/* Begins the next step that is due. */
+static void begin_step(struct viewer_app *app)
 {
     if (works(app)) {
+        const float seconds = app->seconds;
+        app->seconds = 0.0f;
         app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
-        done(app, use_tool(app, (float)seconds));
+        done(app, use_tool(app, seconds));
     } else if (!viewer_model_at_rest(&app->model)) {
         done(app, viewer_model_rest_step(&app->model));
     } else if (app->second.ctx && !viewer_model_at_rest(&app->second)) {
         viewer_model_rest_step(&app->second);
         ++app->looks;
+    }
+}
+
+void viewer_app_work(struct viewer_app *app, double seconds)
+{
+    app->model.budget = app->second.budget = app->budget;
+    app->seconds = works(app) ? fminf(app->seconds + (float)seconds, 0.1f) : 0.0f;
+    if (app->model.stepping) {
+        done(app, viewer_model_continue(&app->model));
+    } else if (app->model.chunks_in_progress) {
+        ++app->looks; /* the picture continues them */
+    } else if (app->second.stepping) {
+        viewer_model_continue(&app->second);
+        ++app->looks;
+    } else {
+        begin_step(app);
     }
 }

@@ -78,8 +78,11 @@ bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const f
     for (int a = 0; a < 3; ++a) {
         stroke.displacement[a] = displacement[a] / model->voxel;
     }
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
     springls_set_time(model->ctx, 0.0);
-    if (!viewer_model_step(model, &forces)) {
+    if (!viewer_model_step(model, &forces, sizeof stroke, NULL)) {
         return false;
     }
     vec3_add_scaled(brush->center, 1.0f, displacement, brush->center);
@@ -112,7 +115,7 @@ bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces forces = {.pressure = brush_pressure, .user = &stroke};
     stroke.amount = distance / model->voxel;
-    return viewer_model_step(model, &forces);
+    return viewer_model_step(model, &forces, sizeof stroke, NULL);
 }
 
 /* ---- smoothing ---- */
@@ -169,17 +172,20 @@ static bool smooth_in_brush(struct viewer_model *model, struct stroke *stroke)
     voxels_of(stroke, lo, size);
     const size_t inner = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
     const size_t outer = (size_t)(size[0] + 2) * (size_t)(size[1] + 2) * (size_t)(size[2] + 2);
-    float *room = calloc(4 * outer + inner, sizeof *room);
-    bool good = room ? read_distances(model, lo, size, room + outer, room) : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    float *room = calloc(4 * outer, sizeof *room), *pressure = malloc(inner * sizeof *pressure);
+    bool good = room && pressure ? viewer_model_finish(model) && read_distances(model, lo, size, room + outer, room)
+                                 : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     if (good) {
-        fill_pressure(stroke, lo, size, model->voxel, room, room + 4 * outer);
-        forces.pressure_grid.data = room + 4 * outer;
+        fill_pressure(stroke, lo, size, model->voxel, room, pressure);
+        forces.pressure_grid.data = pressure;
         forces.pressure_grid.grid = model->desc.grid;
         for (int a = 0; a < 3; ++a) {
             forces.pressure_grid.grid.size[a] = size[a];
             forces.pressure_grid.grid.origin[a] += model->desc.grid.spacing[a] * lo[a];
         }
-        good = viewer_model_step(model, &forces);
+        good = viewer_model_step(model, &forces, 0, pressure);
+    } else {
+        free(pressure);
     }
     free(room);
     return good;
@@ -190,5 +196,5 @@ bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush,
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount};
     stroke.amount = MAX_SMOOTHING * amount;
-    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces);
+    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces, 0, NULL);
 }

@@ -41,13 +41,19 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
 /* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
+    const int bricks = ctx->model.grid.active_count;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
 }
 
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
 SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
 {
-    if (ctx->model.params.lazy_distance > 0.0f) ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0;
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
     return SPRINGLS_OK;
 }
 

@@ -697,7 +697,7 @@ TEST advect_reads_once(void)
 TEST steps_read_little(void)
 {
     enum { LAZY, WHOLE, RESAMPLING, KINDS, FIRST = 8 }; /* before FIRST half of the springls merge, in many rounds */
-    static const struct { int downloads, kernels; } most[KINDS] = { { 1, 3 }, { 4, 55 }, { 17, 180 } };
+    static const struct { int downloads, kernels; } most[KINDS] = { { 1, 3 }, { 4, 60 }, { 17, 190 } };
     springls_context *ctx;
     int i, seen[KINDS] = { 0, 0, 0 };
     life l;
