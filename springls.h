@@ -9930,12 +9930,14 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
     springls__part_add(part, at);
 }
 
-/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
-SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than
+   `largest`. */
+SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, at) < 0.0f;
+    bool inside;
     int i, d, from[3], to[3];
-    springls__part_begin(part, at);
+    springls__part_place(part, 0, from);
+    inside = springls__phi_of(g, from) < 0.0f;
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
@@ -9944,6 +9946,29 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
     return true;
+}
+
+/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    springls__part_begin(part, at);
+    return springls__part_grow(g, largest, part);
+}
+
+/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */
+SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])
+{
+    springls__part part;
+    int d, to[3], word;
+    uint32_t bit;
+    for (d = 0; d < 6; d++) {
+        springls__neighbor_voxel(at, d, to);
+        if (springls__phi_of(g, to) < 0.0f) continue;
+        springls__part_begin(&part, to);
+        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
+    }
+    return false;
 }
 
 /* ---- joining ---- */
@@ -10124,7 +10149,8 @@ SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at
     return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
-/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble
+   is left behind it. */
 SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
 {
     springls__joint here, there;
@@ -10139,7 +10165,7 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
         there.phi = springls__phi_of(g, there.at);
         if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
     }
-    return true;
+    return !springls__is_mouth(g, at);
 }
 
 /* ---- removal ---- */
@@ -16381,7 +16407,17 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
 typedef struct springls__offset_job {
     springls_context *ctx;
     const springls__lock *lock;
+    bool keeps_sides;
 } springls__offset_job;
+
+/* Returns phi less an offset, on its own side if it is to keep it. */
+SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value, bool keeps_side)
+{
+    const float beside = 1e-6f; /* voxel */
+    float moved = springls__clamp(phi - offset, -far_value, far_value);
+    if (!keeps_side || (moved < 0.0f) == (phi < 0.0f)) return moved;
+    return phi < 0.0f ? -beside : beside;
+}
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -16397,7 +16433,7 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
         }
     }
 }
@@ -16489,10 +16525,11 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
+   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
-    const int iterations = 6;
+    const int iterations = 6, large = 2;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
@@ -16502,6 +16539,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     springls__label_bodies(&ctx->model.grid, lock);
     lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+        job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
@@ -31772,12 +31810,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__part_add(part, at);\n",
     "}\n",
     "\n",
-    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
-    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than\n",
+    "   `largest`. */\n",
+    "SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)\n",
     "{\n",
-    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    bool inside;\n",
     "    int i, d, from[3], to[3];\n",
-    "    springls__part_begin(part, at);\n",
+    "    springls__part_place(part, 0, from);\n",
+    "    inside = springls__phi_of(g, from) < 0.0f;\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
@@ -31786,6 +31826,29 @@ static const char *const springls__kernel_lines[] = {
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
     "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    springls__part_begin(part, at);\n",
+    "    return springls__part_grow(g, largest, part);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, to[3], word;\n",
+    "    uint32_t bit;\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
+    "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
+    "        springls__part_begin(&part, to);\n",
+    "        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
     "\n",
     "/* ---- joining ---- */\n",
@@ -31966,7 +32029,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble\n",
+    "   is left behind it. */\n",
     "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    springls__joint here, there;\n",
@@ -31981,7 +32045,7 @@ static const char *const springls__kernel_lines[] = {
     "        there.phi = springls__phi_of(g, there.at);\n",
     "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
     "    }\n",
-    "    return true;\n",
+    "    return !springls__is_mouth(g, at);\n",
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
@@ -32140,7 +32204,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10303 \"springls.h\"\n",
+    "#line 10329 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -32216,7 +32280,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10380 \"springls.h\"\n",
+    "#line 10406 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -32452,7 +32516,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10617 \"springls.h\"\n",
+    "#line 10643 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -32485,7 +32549,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10651 \"springls.h\"\n",
+    "#line 10677 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -32510,7 +32574,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10677 \"springls.h\"\n",
+    "#line 10703 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -32760,7 +32824,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10928 \"springls.h\"\n",
+    "#line 10954 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -32860,7 +32924,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 32864 \"springls.h\"\n",
+    "#line 32928 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
