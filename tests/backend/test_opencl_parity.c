@@ -696,7 +696,7 @@ TEST advect_reads_once(void)
 /* Steps wait for the device a few times each: what several stages count is read together. */
 TEST steps_read_little(void)
 {
-    enum { LAZY, WHOLE, RESAMPLING, KINDS, FIRST = 8 }; /* before FIRST half of the springls merge, in many rounds */
+    enum { LAZY, WHOLE, RESAMPLING, KINDS, FIRST = 16 }; /* before FIRST half of the springls merge, in many rounds */
     static const struct { int downloads, kernels; } most[KINDS] = { { 1, 3 }, { 4, 60 }, { 17, 190 } };
     springls_context *ctx;
     int i, seen[KINDS] = { 0, 0, 0 };
@@ -706,11 +706,11 @@ TEST steps_read_little(void)
     l.step.mode = SPRINGLS_MODE_FLUID;
     ctx = life_context(&l, parity_backend);
     ASSERT(ctx != NULL);
-    for (i = 0; i < 32; i++) {
+    for (i = 0; i < 48; i++) {
         const int iteration = ctx->iteration;
         springls_cl_counts before = springls_cl_get_counts(parity_backend), after;
         int kind;
-        l.step.dt = i % 2 ? 0.01f : 0.04f;
+        l.step.dt = i % 2 ? 0.001f : 0.04f;
         ASSERT_OK(springls_step(ctx, &l.step));
         after = springls_cl_get_counts(parity_backend);
         kind = ctx->iteration == iteration ? LAZY : ctx->step.resamples ? RESAMPLING : WHOLE;
