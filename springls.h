@@ -2008,8 +2008,8 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
 /* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -5752,6 +5752,24 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
+/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_NOW, /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNT_LATE
+} springls__late_count;
+
+/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
+enum { SPRINGLS__OWN_COUNTS = 3, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -5768,10 +5786,12 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
+       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
+       device array COUNTS, from `place` on. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
+    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
@@ -5839,7 +5859,7 @@ typedef struct springls__motion {
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     int active_count, free_count, slot_count, some_asleep;
-    float lag;
+    float lag, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -5914,12 +5934,15 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
+    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
     springls__work work;
@@ -6129,6 +6152,15 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
+/* Takes the late counts that have not been read from a copy of the array COUNTS. */
+SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
+        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
+    ctx->late_unread = 0;
+}
+
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
@@ -6142,6 +6174,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) ctx->backend->release(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
+    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
+    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -11260,47 +11294,102 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
+/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
+
+/* Makes `number` late counts from `late` on 0. */
+SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+{
+    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
+    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+}
+
+/* Notes that the device has found so many late counts. */
+SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+{
+    ctx->late_unread |= ((1u << number) - 1u) << late;
+}
+
+/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
+{
+    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    return ctx->late_count[late];
+}
+
+/* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
+SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                        uint8_t value)
+{
+    const uint8_t *flags;
+    int i;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 1);
+            return;
+        }
+        springls__fall_back_to_host(ctx);
+    }
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    flags = (const uint8_t *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags;
-    int i, n = 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_NOW, array, count, value);
+    return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
+}
+
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
+   late counts number `late` and `late` + 1. */
+SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                          float limit)
+{
+    const float *values;
+    float largest = 0.0f;
+    int i;
+    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
+    if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 2);
+            return;
+        }
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) n += flags[i] == value;
-    return n;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    values = (const float *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) {
+        largest = springls__max(largest, values[i]);
+        ctx->late_count[late + 1] += values[i] > limit;
+    }
+    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+}
+
+SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
+{
+    uint32_t bits = springls__count_found(ctx, late);
+    springls__largest found;
+    memcpy(&found.value, &bits, sizeof found.value);
+    found.more = (int)ctx->late_count[late + 1];
+    return found;
 }
 
 /* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
 SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
-    const float *values;
-    springls__largest found = { 0.0f, 0 };
-    int i;
-    if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
-        springls__fall_back_to_host(ctx);
-        found.value = 0.0f;
-        found.more = 0;
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        found.value = springls__max(found.value, values[i]);
-        found.more += values[i] > limit;
-    }
-    return found;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, array, count, limit);
+    return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -11316,20 +11405,49 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
-   more than an int holds. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+/* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
+   is for springls__scan_found. */
+SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
+                                                  int count)
 {
     uint64_t sum;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
     sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
+    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
+    return SPRINGLS_OK;
+}
+
+/* Writes that sum to *total; fails when it is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
+{
+    uint32_t sum = springls__count_found(ctx, late);
+    if (ctx->lost) return ctx->backend_status;
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
+}
+
+/* Returns true when rounds that are repeated until one changes nothing are to be checked for that. On a device some more, which
+   change nothing, cost less than waiting after each. */
+SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds)
+{
+    const int between = 4;
+    return !ctx->on_device || rounds % between == 0;
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
@@ -11783,15 +11901,30 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = 0.0f;
+    ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+}
+
+/* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
+SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
+    springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
+    return SPRINGLS_OK;
+}
+
+/* Returns it, voxels. */
+SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
+{
+    return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement =
-        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
+    SPRINGLS__TRY(springls__find_displacement(ctx));
+    *displacement = springls__displacement_found(ctx);
     return SPRINGLS_OK;
 }
 
@@ -12340,6 +12473,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = 0.0f;
+    ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
@@ -13102,6 +13236,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
+        ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
@@ -13962,10 +14097,17 @@ enum {
     SPRINGLS__CONTRACT_REMOVE
 };
 
+/* Returns true after the last round of merging. */
+SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+{
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__arguments args;
-    int count = ctx->model.set.count, undecided;
+    int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
@@ -13979,7 +14121,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
+        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
@@ -13991,16 +14133,18 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
+                                                                                               : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
         springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -15079,10 +15223,11 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether some seeds are neither chosen nor dropped yet. */
-SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
+SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
 /* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
@@ -15183,7 +15328,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         SPRINGLS__TRY(springls__find_seeds(ctx));
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (springls__seeds_undecided(ctx)) {
+        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
             springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
             return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
         }
@@ -15191,6 +15336,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
     case SPRINGLS__FILL_SEEDS_CHOSEN:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_SEEDS_INSERTED:
         springls__seeds_inserted(ctx);
@@ -15408,11 +15554,14 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
+   meanwhile is waited for once; what fills gaps next needs the list, too. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
     return SPRINGLS_OK;
@@ -15503,12 +15652,13 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
-    int step = 1, axis, lines;
+    int step = 1, axis, lines, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
@@ -15517,7 +15667,9 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
@@ -15528,12 +15680,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -15876,10 +16030,11 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
    place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Returns whether phi_next has voxels whose side is unknown. */
-SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
+/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
+SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
@@ -15899,17 +16054,23 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. One that had any may still have
-   them in bricks that are asleep. */
+/* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
-    bool found;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    found = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1) > 0;
-    ctx->opposed = found
-                   || (ctx->opposed
-                       && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, SPRINGLS__OPPOSED_ASLEEP) > 0);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
+}
+
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
+SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
@@ -15917,10 +16078,11 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined. */
-SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
+SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
@@ -15944,7 +16106,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
     case SPRINGLS__TIDY_JOIN:
-        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
             return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
         springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
@@ -15972,6 +16134,13 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 
 enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
 
+/* Moves the band after phi has been carried along. */
+SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__band_follow(ctx));
+    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
+}
+
 /* Makes the projected level set a distance again beyond the springls. */
 SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 {
@@ -15979,7 +16148,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
     if (ctx->work.phase == SPRINGLS__SWEPT) {
         springls__swap_phi(ctx);
         if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
     }
     springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__SWEPT);
@@ -15988,6 +16157,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
 
 enum {
+    SPRINGLS__PROJECT_MEASURE,
     SPRINGLS__PROJECT_BEGIN,
     SPRINGLS__PROJECT_ORIENT,
     SPRINGLS__PROJECT_PHI,
@@ -16005,7 +16175,7 @@ SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
     SPRINGLS__TRY(
         springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    ctx->work.displacement = springls__displacement_found(ctx);
     return springls__find_overlap(ctx);
 }
 
@@ -16014,8 +16184,11 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_BEGIN:
+    case SPRINGLS__PROJECT_MEASURE:
         ctx->work.carries = carry;
+        SPRINGLS__TRY(springls__find_displacement(ctx));
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
+    case SPRINGLS__PROJECT_BEGIN:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
     case SPRINGLS__PROJECT_ORIENT:
@@ -16029,7 +16202,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
     case SPRINGLS__PROJECT_SIDES:
         if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
             return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
         springls__resolve_sides(ctx, ctx->work.repetition);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
@@ -16782,6 +16955,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
     return SPRINGLS_OK;
@@ -16798,6 +16972,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
@@ -17069,10 +17244,11 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
-                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
+    const float sure = 0.9f; /* leaves room for the rounding of places */
+    float displacement = 0.0f;
+    if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -19840,7 +20016,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->lag = FLT_MAX;
+    ctx->lag = ctx->away = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -24147,6 +24323,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
@@ -24473,8 +24650,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
     "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
-    "   floats above it are counted. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
+    "   floats above it are counted; place: in counts, of the result. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -28128,7 +28305,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6228 \"springls.h\"\n",
+    "#line 6262 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -28154,7 +28331,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6255 \"springls.h\"\n",
+    "#line 6289 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -28240,7 +28417,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6342 \"springls.h\"\n",
+    "#line 6376 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -28380,7 +28557,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6483 \"springls.h\"\n",
+    "#line 6517 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -28480,7 +28657,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6584 \"springls.h\"\n",
+    "#line 6618 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -28701,7 +28878,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6806 \"springls.h\"\n",
+    "#line 6840 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -28731,7 +28908,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6836 \"springls.h\"\n",
+    "#line 6870 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28746,7 +28923,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6852 \"springls.h\"\n",
+    "#line 6886 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -28915,7 +29092,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7021 \"springls.h\"\n",
+    "#line 7055 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28930,7 +29107,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7036 \"springls.h\"\n",
+    "#line 7070 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29099,7 +29276,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7205 \"springls.h\"\n",
+    "#line 7239 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -29146,7 +29323,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7253 \"springls.h\"\n",
+    "#line 7287 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -29161,7 +29338,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7268 \"springls.h\"\n",
+    "#line 7302 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29176,7 +29353,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7284 \"springls.h\"\n",
+    "#line 7318 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29187,7 +29364,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7295 \"springls.h\"\n",
+    "#line 7329 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29202,7 +29379,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7310 \"springls.h\"\n",
+    "#line 7344 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29213,7 +29390,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7321 \"springls.h\"\n",
+    "#line 7355 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -29332,7 +29509,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7441 \"springls.h\"\n",
+    "#line 7475 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -29885,7 +30062,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7995 \"springls.h\"\n",
+    "#line 8029 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -29982,7 +30159,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8093 \"springls.h\"\n",
+    "#line 8127 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30106,7 +30283,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8218 \"springls.h\"\n",
+    "#line 8252 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -30326,7 +30503,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8439 \"springls.h\"\n",
+    "#line 8473 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -30402,7 +30579,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8516 \"springls.h\"\n",
+    "#line 8550 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -30544,7 +30721,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8659 \"springls.h\"\n",
+    "#line 8693 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -30733,7 +30910,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8849 \"springls.h\"\n",
+    "#line 8883 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -30860,7 +31037,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8977 \"springls.h\"\n",
+    "#line 9011 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -30893,7 +31070,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9011 \"springls.h\"\n",
+    "#line 9045 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -31379,7 +31556,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9498 \"springls.h\"\n",
+    "#line 9532 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -31531,7 +31708,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9651 \"springls.h\"\n",
+    "#line 9685 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -31615,7 +31792,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9736 \"springls.h\"\n",
+    "#line 9770 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -31712,7 +31889,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9834 \"springls.h\"\n",
+    "#line 9868 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -32206,7 +32383,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10329 \"springls.h\"\n",
+    "#line 10363 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -32282,7 +32459,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10406 \"springls.h\"\n",
+    "#line 10440 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -32518,7 +32695,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10643 \"springls.h\"\n",
+    "#line 10677 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -32551,7 +32728,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10677 \"springls.h\"\n",
+    "#line 10711 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -32576,7 +32753,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10703 \"springls.h\"\n",
+    "#line 10737 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -32826,7 +33003,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10954 \"springls.h\"\n",
+    "#line 10988 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -32926,7 +33103,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 32930 \"springls.h\"\n",
+    "#line 33107 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -32965,7 +33142,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
     "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
@@ -32975,7 +33152,7 @@ static const char *const springls__kernel_lines[] = {
     "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->work.counts[i] = sum;\n",
+    "    model->work.counts[args.chunk.place + i] = sum;\n",
     "}\n",
     "\n",
     "/* Replaces each number of chunk i by the sum of those before it. */\n",
@@ -33026,8 +33203,8 @@ static const char *const springls__kernel_lines[] = {
     "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
     "        more += model->work.sums[2 * k + 1];\n",
     "    }\n",
-    "    ((__global float *)model->work.counts)[i] = largest;\n",
-    "    model->work.counts[i + 1] = more;\n",
+    "    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;\n",
+    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
