@@ -475,6 +475,37 @@ TEST a_limb_is_one_component(float across, float min_component)
     PASS();
 }
 
+/* A ball with a hollow, which a bore less than a voxel wide leads to from outside, along voxel centres. */
+static void bored_ball(void *user, const float *points, int count, float *out)
+{
+    const float *radius = (const float *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3) {
+        double x = points[0] - 16.0, y = points[1] - 16.0, z = points[2] - 16.0;
+        double bore = x < 0.0 ? ball(x, y, z, (double)*radius) : ball(0.0, y, z, (double)*radius);
+        out[i] = (float)fmax(ball(x, y, z, 10.0), -fmin(bore, ball(x, y, z, 2.2)));
+    }
+}
+
+/* The way into a hollow is no puncture: filled, it would leave a bubble. */
+TEST a_bore_stays_open(float radius)
+{
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_measures m;
+    ASSERT_OK(springls_set_implicit(ctx, bored_ball, &radius));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Two balls, one of them with the volume of a few voxels. */
 static void ball_and_drop(void *user, const float *points, int count, float *out)
 {
@@ -507,6 +538,8 @@ SUITE(contact)
     RUN_TESTp(a_limb_is_one_component, 0.7f, 1.0f);
     RUN_TESTp(a_limb_is_one_component, 0.7f, 0.0f);
     RUN_TESTp(a_limb_is_one_component, 1.2f, 1.0f);
+    RUN_TESTp(a_bore_stays_open, 0.35f);
+    RUN_TESTp(a_bore_stays_open, 0.45f);
     RUN_TESTp(a_drop_goes, 0.5f, 1.0f, 1);
     RUN_TESTp(a_drop_goes, 0.5f, 0.0f, 2);
     RUN_TESTp(a_drop_goes, 1.1f, 1.0f, 2);
