@@ -158,6 +158,7 @@ typedef struct springls__motion {
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
+    springls__table table;
     int active_count, free_count, slot_count, some_asleep;
     float lag;
     bool opposed, in_use;
