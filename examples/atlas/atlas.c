@@ -79,7 +79,7 @@ static int build_main(int argc, char **argv)
 static int segment_main(int argc, char **argv)
 {
     static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
-                                                    .steps = 100, .fit = "auto"}};
+                                                    .steps = 100, .frame = -1, .fit = "auto"}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
     int labels[ATLAS_MAX_LABELS];
@@ -102,8 +102,8 @@ static int segment_main(int argc, char **argv)
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
-        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
-        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
+        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with, on the image's grid", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[+K2..]", "its labels; without: all but 0", 0, 0, NULL},
         {"beside", CLI_STRING, &set->beside, "FILE", "report.json of build/segment on the same image: without an atlas", 0, 0,
          NULL},

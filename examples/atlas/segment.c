@@ -352,27 +352,62 @@ bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct
     return fill_mask(grid, &run->params, &run->stages[stage], mask);
 }
 
+/* Reads one image of a file: the only one, or that of --frame. */
+static bool read_frame(const struct atlas_segment *run, const char *path, struct volume *volume)
+{
+    char error[VOLUME_TEXT];
+    const int frame = run->settings.frame;
+    bool good = volume_read(path, 0, volume, error);
+    if (good && volume->frame_count > 1 && frame < 0) {
+        return atlas_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
+    }
+    if (good && volume->frame_count > 1 && frame > 0) {
+        volume_free(volume);
+        good = volume_read(path, frame, volume, error);
+    }
+    return good || atlas_fail("%s", error);
+}
+
+/* Reads the reference before the run: what does not fit is refused at once. Its other labels become 0. */
+static bool read_reference(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    struct volume *reference = &run->reference;
+    int labels[ATLAS_MAX_LABELS];
+    const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
+    if (!read_frame(run, set->reference, reference)) {
+        return false;
+    }
+    if (!volume_same_grid(&run->image, reference)) {
+        return atlas_fail("%.200s: not on the grid of the image", set->reference);
+    }
+    const size_t voxels = volume_voxels(reference);
+    uint8_t *mask = malloc(voxels);
+    if (!mask) {
+        return atlas_no_memory();
+    }
+    const bool found = segment_mask(reference, labels, count, mask) > 0;
+    for (size_t n = 0; n < voxels; ++n) {
+        reference->data[n] = mask[n];
+    }
+    free(mask);
+    return found || atlas_fail("%.200s: no voxel has the label asked for%s", set->reference, count > 0 ? " (--label)" : "");
+}
+
 static bool compare(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     int labels[ATLAS_MAX_LABELS];
-    char error[VOLUME_TEXT];
     struct volume part;
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
     memset(&part, 0, sizeof part);
     bool good = atlas_label_surface(set->reference, labels, count, set->reference, &part, &run->truth);
     volume_free(&part);
-    if (!good || !volume_read(set->reference, 0, &run->reference, error)) {
-        return good && atlas_fail("%s", error);
-    }
     const size_t voxels = volume_voxels(&run->reference);
     uint8_t *truth = malloc(voxels), *mask = malloc(voxels);
-    good = (truth && mask) || atlas_no_memory();
-    if (good) {
-        segment_mask(&run->reference, labels, count, truth);
-        for (size_t n = 0; n < voxels; ++n) { /* leave out the labels that were not requested */
-            run->reference.data[n] = truth[n];
-        }
+    good = good && ((truth && mask) || atlas_no_memory());
+    for (size_t n = 0; good && n < voxels; ++n) {
+        truth[n] = run->reference.data[n] > 0.0f;
     }
     const struct surface reference = atlas_surface(&run->truth, NULL);
     for (int s = 0; good && s < ATLAS_STAGES; ++s) {
@@ -397,9 +432,8 @@ static bool compare(struct atlas_segment *run)
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
-    char error[VOLUME_TEXT];
-    if (!volume_read(set->image, set->frame, &run->image, error)) {
-        return atlas_fail("%s", error);
+    if (!read_frame(run, set->image, &run->image) || (set->reference && !read_reference(run))) {
+        return false;
     }
     choose_window(run);
     run->fused = run->atlas.template_count > 0 && isnan(set->level) && !set->windowed

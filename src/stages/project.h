@@ -37,11 +37,17 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. One that had any may still have
+   them in bricks that are asleep. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
+    const int bricks = ctx->model.grid.active_count;
+    bool found;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+    found = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1) > 0;
+    ctx->opposed = found
+                   || (ctx->opposed
+                       && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, SPRINGLS__OPPOSED_ASLEEP) > 0);
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)

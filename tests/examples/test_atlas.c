@@ -496,6 +496,56 @@ TEST atlas_finds_an_ellipsoid(bool learned)
     PASS();
 }
 
+/* Makes a series of two equal images out of one: NIfTI has its sizes, 16 bits each, from byte 40 on. */
+static bool write_series(const char *path, const struct volume *image)
+{
+    const int16_t four = 4, two = 2;
+    char error[VOLUME_TEXT];
+    FILE *file = volume_write(path, image, VOLUME_FLOAT32, image->data, error) ? fopen(path, "r+b") : NULL;
+    bool good = file && fseek(file, 40, SEEK_SET) == 0 && fwrite(&four, sizeof four, 1, file) == 1
+             && fseek(file, 48, SEEK_SET) == 0 && fwrite(&two, sizeof two, 1, file) == 1 && fseek(file, 0, SEEK_END) == 0
+             && fwrite(image->data, sizeof *image->data, volume_voxels(image), file) == volume_voxels(image);
+    return file && fclose(file) == 0 && good;
+}
+
+/* What does not fit the image is refused before anything is fitted, and a series without --frame. */
+TEST atlas_segment_compares_only_what_fits(void)
+{
+    static const char *const references[] = {"small.nii.gz", "elsewhere.nii.gz", "truth.nii.gz", "truth.nii.gz"};
+    const float none[3] = {0.0f, 0.0f, 0.0f}, ones[3] = {1.0f, 1.0f, 1.0f};
+    const int dims[3] = {20, 20, 20};
+    char error[VOLUME_TEXT];
+    struct volume image, small;
+    ASSERT(volume_read(scratch(6, "unseen.nii.gz", 0), 0, &image, error));
+    ASSERT(volume_create(dims, ones, none, &small));
+    for (int n = 0; n < 8000; ++n) small.data[n] = 1.0f;
+    ASSERT(volume_write(scratch(9, "small.nii.gz", 0), &small, VOLUME_FLOAT32, small.data, error));
+    volume_free(&small);
+    ASSERT(volume_create(image.dims, image.spacing, none, &small)); /* the same voxels, but not there */
+    for (size_t n = 0; n < volume_voxels(&small); ++n) small.data[n] = n % 2 > 0 ? 1.0f : 0.0f;
+    ASSERT(volume_write(scratch(9, "elsewhere.nii.gz", 0), &small, VOLUME_FLOAT32, small.data, error));
+    volume_free(&small);
+    ASSERT(write_series(scratch(9, "series.nii", 0), &image));
+    volume_free(&image);
+    for (int c = 0; c < 6; ++c) {
+        struct atlas_segment run;
+        memset(&run, 0, sizeof run);
+        run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = 150.0, .steps = 2,
+                                                       .frame = c == 5 ? 1 : -1};
+        run.settings.common.quiet = true;
+        run.settings.image = scratch(6, c < 4 ? "unseen.nii.gz" : "series.nii", 0);
+        run.settings.reference = c < 4 ? scratch(7, references[c], 0) : NULL;
+        run.settings.label_text = c == 2 ? "7" : c == 3 ? "1+2" : NULL;
+        run.settings.atlas = scratch(8, "atlas.json", 0);
+        run.params = springls_default_params();
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        ASSERT_EQ(c == 3 || c == 5, atlas_segment_run(&run)); /* the third has no label 7 */
+        ASSERT_EQ(c == 3 || c == 5, run.ctx != NULL);
+        atlas_segment_free(&run);
+    }
+    PASS();
+}
+
 /* ---- votes of registered subjects ---- */
 
 enum { SIDE = 20, CUBES = SIDE * SIDE * SIDE };
@@ -906,6 +956,7 @@ int main(int argc, char **argv)
     RUN_TEST(bad_subjects_are_refused);
     RUN_TESTp(atlas_finds_an_ellipsoid, false); /* by the level of its image */
     RUN_TESTp(atlas_finds_an_ellipsoid, true);  /* by what it has learned; needs the atlas of the first */
+    RUN_TEST(atlas_segment_compares_only_what_fits);
     RUN_TEST(votes_go_by_the_agreement_of_patches);
     RUN_TEST(corrections_learn_what_votes_get_wrong);
     RUN_TEST(subjects_fuse_into_an_unseen_image);
