@@ -493,7 +493,8 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
 /* Makes the top table have all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
 SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP), 0));
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
+    SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
     if (!ctx->on_device) return SPRINGLS_DEVICE_FAILED; /* it has fallen back to the host */
     return springls__table_cover(ctx, springls__box_of_model(&ctx->model, true));
 }

@@ -92,7 +92,8 @@ SPRINGLS__MATHS int springls__entry_of_brick(const springls__grid *g, int brick)
 {
     int origin[3];
     springls__brick_origin(g, brick, origin);
-    return springls__table_contains(g, origin[0], origin[1], origin[2]) ? springls__entry_at(g, origin[0], origin[1], origin[2]) : -1;
+    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) return -1;
+    return springls__entry_at(g, origin[0], origin[1], origin[2]);
 }
 
 /* Returns the slot of any brick of the domain. */
