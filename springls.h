@@ -2012,8 +2012,8 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
 /* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -5853,6 +5853,24 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
+/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_NOW, /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNT_LATE
+} springls__late_count;
+
+/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
+enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -5869,10 +5887,12 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
+       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
+       device array COUNTS, from `place` on. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
+    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
@@ -5941,7 +5961,7 @@ typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     springls__table table;
     int active_count, free_count, slot_count, some_asleep;
-    float lag;
+    float lag, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -6016,12 +6036,15 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
+    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
     springls__work work;
@@ -6233,6 +6256,15 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
+/* Takes the late counts that have not been read from a copy of the array COUNTS. */
+SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
+        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
+    ctx->late_unread = 0;
+}
+
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
@@ -6246,6 +6278,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) ctx->backend->release(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
+    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
+    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -11364,47 +11398,102 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
+/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
+
+/* Makes `number` late counts from `late` on 0. */
+SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+{
+    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
+    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+}
+
+/* Notes that the device has found so many late counts. */
+SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+{
+    ctx->late_unread |= ((1u << number) - 1u) << late;
+}
+
+/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
+{
+    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    return ctx->late_count[late];
+}
+
+/* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
+SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                        uint8_t value)
+{
+    const uint8_t *flags;
+    int i;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 1);
+            return;
+        }
+        springls__fall_back_to_host(ctx);
+    }
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    flags = (const uint8_t *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags;
-    int i, n = 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_NOW, array, count, value);
+    return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
+}
+
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
+   late counts number `late` and `late` + 1. */
+SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                          float limit)
+{
+    const float *values;
+    float largest = 0.0f;
+    int i;
+    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
+    if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 2);
+            return;
+        }
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) n += flags[i] == value;
-    return n;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    values = (const float *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) {
+        largest = springls__max(largest, values[i]);
+        ctx->late_count[late + 1] += values[i] > limit;
+    }
+    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+}
+
+SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
+{
+    uint32_t bits = springls__count_found(ctx, late);
+    springls__largest found;
+    memcpy(&found.value, &bits, sizeof found.value);
+    found.more = (int)ctx->late_count[late + 1];
+    return found;
 }
 
 /* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
 SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
-    const float *values;
-    springls__largest found = { 0.0f, 0 };
-    int i;
-    if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
-        springls__fall_back_to_host(ctx);
-        found.value = 0.0f;
-        found.more = 0;
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        found.value = springls__max(found.value, values[i]);
-        found.more += values[i] > limit;
-    }
-    return found;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, array, count, limit);
+    return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -11420,20 +11509,49 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
-   more than an int holds. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+/* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
+   is for springls__scan_found. */
+SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
+                                                  int count)
 {
     uint64_t sum;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
     sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
+    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
+    return SPRINGLS_OK;
+}
+
+/* Writes that sum to *total; fails when it is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
+{
+    uint32_t sum = springls__count_found(ctx, late);
+    if (ctx->lost) return ctx->backend_status;
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
+}
+
+/* Returns true when rounds that are repeated until one changes nothing are to be checked for that. On a device some more, which
+   change nothing, cost less than waiting after each. */
+SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds)
+{
+    const int between = 4;
+    return !ctx->on_device || rounds % between == 0;
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
@@ -11887,15 +12005,30 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = 0.0f;
+    ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+}
+
+/* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
+SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
+    springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
+    return SPRINGLS_OK;
+}
+
+/* Returns it, voxels. */
+SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
+{
+    return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement =
-        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
+    SPRINGLS__TRY(springls__find_displacement(ctx));
+    *displacement = springls__displacement_found(ctx);
     return SPRINGLS_OK;
 }
 
@@ -12629,6 +12762,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = 0.0f;
+    ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
@@ -13391,6 +13525,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
+        ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
@@ -14251,10 +14386,17 @@ enum {
     SPRINGLS__CONTRACT_REMOVE
 };
 
+/* Returns true after the last round of merging. */
+SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+{
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__arguments args;
-    int count = ctx->model.set.count, undecided;
+    int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
@@ -14268,7 +14410,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
+        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
@@ -14280,16 +14422,18 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
+                                                                                               : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
         springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -15370,10 +15514,11 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether some seeds are neither chosen nor dropped yet. */
-SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
+SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
 /* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
@@ -15474,7 +15619,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         SPRINGLS__TRY(springls__find_seeds(ctx));
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (springls__seeds_undecided(ctx)) {
+        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
             springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
             return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
         }
@@ -15482,6 +15627,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
     case SPRINGLS__FILL_SEEDS_CHOSEN:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_SEEDS_INSERTED:
         springls__seeds_inserted(ctx);
@@ -15699,11 +15845,14 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
+   meanwhile is waited for once; what fills gaps next needs the list, too. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
     return SPRINGLS_OK;
@@ -15798,12 +15947,13 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     const springls__table *t = &ctx->model.grid.table;
     const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
-    int step = 1, axis, lines;
+    int step = 1, axis, lines, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, entries));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, entries * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)entries, NULL);
     while (16 * step * 2 <= springls__imax(t->bricks[0], springls__imax(t->bricks[1], t->bricks[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
@@ -15812,7 +15962,9 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(t, axis, step), &args);
                 lines += springls__lines_along(t, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)entries, NULL);
     return SPRINGLS_OK;
 }
@@ -15823,12 +15975,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -16171,10 +16325,11 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
    place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Returns whether phi_next has voxels whose side is unknown. */
-SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
+/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
+SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
@@ -16194,17 +16349,23 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. One that had any may still have
-   them in bricks that are asleep. */
+/* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
-    bool found;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    found = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1) > 0;
-    ctx->opposed = found
-                   || (ctx->opposed
-                       && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, SPRINGLS__OPPOSED_ASLEEP) > 0);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
+}
+
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
+SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
@@ -16212,10 +16373,11 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined. */
-SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
+SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
@@ -16239,7 +16401,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
     case SPRINGLS__TIDY_JOIN:
-        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
             return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
         springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
@@ -16267,6 +16429,13 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 
 enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
 
+/* Moves the band after phi has been carried along. */
+SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__band_follow(ctx));
+    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
+}
+
 /* Makes the projected level set a distance again beyond the springls. */
 SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 {
@@ -16274,7 +16443,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
     if (ctx->work.phase == SPRINGLS__SWEPT) {
         springls__swap_phi(ctx);
         if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
     }
     springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__SWEPT);
@@ -16283,6 +16452,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
 
 enum {
+    SPRINGLS__PROJECT_MEASURE,
     SPRINGLS__PROJECT_BEGIN,
     SPRINGLS__PROJECT_ORIENT,
     SPRINGLS__PROJECT_PHI,
@@ -16300,7 +16470,7 @@ SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
     SPRINGLS__TRY(
         springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    ctx->work.displacement = springls__displacement_found(ctx);
     return springls__find_overlap(ctx);
 }
 
@@ -16309,8 +16479,11 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_BEGIN:
+    case SPRINGLS__PROJECT_MEASURE:
         ctx->work.carries = carry;
+        SPRINGLS__TRY(springls__find_displacement(ctx));
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
+    case SPRINGLS__PROJECT_BEGIN:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
     case SPRINGLS__PROJECT_ORIENT:
@@ -16324,7 +16497,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
     case SPRINGLS__PROJECT_SIDES:
         if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
             return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
         springls__resolve_sides(ctx, ctx->work.repetition);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
@@ -17067,6 +17240,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
     return SPRINGLS_OK;
@@ -17084,6 +17258,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
@@ -17355,10 +17530,11 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
-                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
+    const float sure = 0.9f; /* leaves room for the rounding of places */
+    float displacement = 0.0f;
+    if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -20209,7 +20385,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->lag = FLT_MAX;
+    ctx->lag = ctx->away = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -20496,29 +20672,31 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     return group;
 }
 
-/* Returns how far numbers are beyond the interval from lower to upper; negative inside. */
-SPRINGLS__FN springls__vec springls__beyond(springls__vec x, float lower, float upper)
+/* Returns the squares of how far numbers are beyond the interval from lower to upper. */
+SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float upper)
 {
-    return springls__vec_max(lower - x, x - upper);
+    const springls__vec beyond = springls__vec_max(springls__vec_max(lower - x, x - upper), springls__vec_broadcast(0.0f));
+    return beyond * beyond;
 }
 
+/* Lists the candidates whose reach the group's box is in. */
 SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
 {
     const float slack = 1e-3f; /* more than all rounding errors */
     const springls__v3 lo = group->lower, hi = group->upper;
-    float beyond[SPRINGLS__LANES];
+    float within[SPRINGLS__LANES];
     int k, lane;
     c->listed = 0;
     for (k = 0; k < c->count; k += SPRINGLS__LANES) {
-        springls__vec x = springls__beyond(springls__vec_load(c->x + k), lo.x, hi.x);
-        springls__vec y = springls__beyond(springls__vec_load(c->y + k), lo.y, hi.y);
-        springls__vec z = springls__beyond(springls__vec_load(c->z + k), lo.z, hi.z);
-        x = springls__vec_max(x, springls__vec_max(y, z)) - springls__vec_load(c->reach + k);
-        if (!springls__vec_any(x <= slack)) continue;
-        springls__vec_store(beyond, x);
+        springls__vec d2 = springls__beyond2(springls__vec_load(c->x + k), lo.x, hi.x)
+                         + springls__beyond2(springls__vec_load(c->y + k), lo.y, hi.y)
+                         + springls__beyond2(springls__vec_load(c->z + k), lo.z, hi.z);
+        springls__vec reach = springls__vec_load(c->reach + k) + slack;
+        if (!springls__vec_any(d2 <= reach * reach)) continue;
+        springls__vec_store(within, reach * reach - d2);
         for (lane = 0; lane < SPRINGLS__LANES; lane++) {
             c->list[c->listed] = k + lane;
-            c->listed += (k + lane < c->count) & (beyond[lane] <= slack);
+            c->listed += (k + lane < c->count) & (within[lane] >= 0.0f);
         }
     }
 }
@@ -24607,6 +24785,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
@@ -24935,8 +25114,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
     "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
-    "   floats above it are counted. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
+    "   floats above it are counted; place: in counts, of the result. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -28687,7 +28866,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6332 \"springls.h\"\n",
+    "#line 6366 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -28713,7 +28892,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6359 \"springls.h\"\n",
+    "#line 6393 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -28799,7 +28978,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6446 \"springls.h\"\n",
+    "#line 6480 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -28939,7 +29118,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6587 \"springls.h\"\n",
+    "#line 6621 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29039,7 +29218,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6688 \"springls.h\"\n",
+    "#line 6722 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29260,7 +29439,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6910 \"springls.h\"\n",
+    "#line 6944 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29290,7 +29469,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6940 \"springls.h\"\n",
+    "#line 6974 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29305,7 +29484,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6956 \"springls.h\"\n",
+    "#line 6990 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29474,7 +29653,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7125 \"springls.h\"\n",
+    "#line 7159 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29489,7 +29668,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7140 \"springls.h\"\n",
+    "#line 7174 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29658,7 +29837,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7309 \"springls.h\"\n",
+    "#line 7343 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -29705,7 +29884,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7357 \"springls.h\"\n",
+    "#line 7391 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -29720,7 +29899,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7372 \"springls.h\"\n",
+    "#line 7406 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29735,7 +29914,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7388 \"springls.h\"\n",
+    "#line 7422 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29746,7 +29925,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7399 \"springls.h\"\n",
+    "#line 7433 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29761,7 +29940,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7414 \"springls.h\"\n",
+    "#line 7448 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29772,7 +29951,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7425 \"springls.h\"\n",
+    "#line 7459 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -29891,7 +30070,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7545 \"springls.h\"\n",
+    "#line 7579 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30444,7 +30623,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8099 \"springls.h\"\n",
+    "#line 8133 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30541,7 +30720,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8197 \"springls.h\"\n",
+    "#line 8231 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30665,7 +30844,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8322 \"springls.h\"\n",
+    "#line 8356 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -30885,7 +31064,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8543 \"springls.h\"\n",
+    "#line 8577 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -30961,7 +31140,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8620 \"springls.h\"\n",
+    "#line 8654 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31103,7 +31282,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8763 \"springls.h\"\n",
+    "#line 8797 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31292,7 +31471,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8953 \"springls.h\"\n",
+    "#line 8987 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31419,7 +31598,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9081 \"springls.h\"\n",
+    "#line 9115 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31452,7 +31631,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9115 \"springls.h\"\n",
+    "#line 9149 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -31938,7 +32117,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9602 \"springls.h\"\n",
+    "#line 9636 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32090,7 +32269,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9755 \"springls.h\"\n",
+    "#line 9789 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32174,7 +32353,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9840 \"springls.h\"\n",
+    "#line 9874 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32271,7 +32450,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9938 \"springls.h\"\n",
+    "#line 9972 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -32765,7 +32944,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10433 \"springls.h\"\n",
+    "#line 10467 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -32841,7 +33020,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10510 \"springls.h\"\n",
+    "#line 10544 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33077,7 +33256,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10747 \"springls.h\"\n",
+    "#line 10781 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33110,7 +33289,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10781 \"springls.h\"\n",
+    "#line 10815 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33135,7 +33314,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10807 \"springls.h\"\n",
+    "#line 10841 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33385,7 +33564,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11058 \"springls.h\"\n",
+    "#line 11092 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33485,7 +33664,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33489 \"springls.h\"\n",
+    "#line 33668 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -33524,7 +33703,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
     "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
@@ -33534,7 +33713,7 @@ static const char *const springls__kernel_lines[] = {
     "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->work.counts[i] = sum;\n",
+    "    model->work.counts[args.chunk.place + i] = sum;\n",
     "}\n",
     "\n",
     "/* Replaces each number of chunk i by the sum of those before it. */\n",
@@ -33585,8 +33764,8 @@ static const char *const springls__kernel_lines[] = {
     "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
     "        more += model->work.sums[2 * k + 1];\n",
     "    }\n",
-    "    ((__global float *)model->work.counts)[i] = largest;\n",
-    "    model->work.counts[i + 1] = more;\n",
+    "    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;\n",
+    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
