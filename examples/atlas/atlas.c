@@ -3,6 +3,7 @@
  *   atlas build a.nii.gz b.nii.gz c.nii.gz --out hippocampus          # label maps: "a.nii.gz:1+2" for some labels only
  *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
  *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result
+ *   atlas add --atlas hippocampus/atlas.json result/correspondence.ply --out larger
  *   atlas leave-one-out hippocampi                                    # how well that works: a table */
 #include "atlas/atlas.h"
 #include "springls/run_options.h"
@@ -47,6 +48,8 @@ static int build_main(int argc, char **argv)
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
         {"templates", CLI_INT, &set->templates, "K",
          "with --images: subjects to whose images all are registered, for segmentation by votes", 0, FUSION_MAX_TEMPLATES, NULL},
+        {"same-vertices", CLI_FLAG, &set->same_vertices, NULL,
+         "vertex k of each mesh is the same place already, as in meshes of track4d: nothing is fitted", 0, 0, NULL},
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
@@ -71,6 +74,42 @@ static int build_main(int argc, char **argv)
     }
     if (status == CLI_CONTINUE) {
         status = atlas_build_run(&build) && atlas_build_output(&build) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    atlas_build_free(&build);
+    return status;
+}
+
+static int add_main(int argc, char **argv)
+{
+    static struct atlas_build build = {
+        .settings = {.orientation = "auto", .rounds = 1, .modes = ATLAS_MAX_MODES, .samples = 100, .same_vertices = true}};
+    struct atlas_build_settings *set = &build.settings;
+    set->common = cli_common_defaults();
+    const struct cli_option options[] = {
+        {"atlas", CLI_STRING, &set->extends, "FILE", "atlas.json of atlas build, with the folder subjects/ beside it", 0, 0, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
+        {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
+        {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
+    };
+    const struct cli_positional rest = {"MESH...", set->names, "correspondence.ply of atlas segment with that atlas", true};
+    const struct cli_program program = {.name = "atlas add",
+                                        .summary = "takes segmented subjects into an atlas: a new mean and new modes",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &rest,
+                                        .positional_count = 1,
+                                        .repeated = &set->count,
+                                        .max_repeated = ATLAS_MAX_SUBJECTS};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE && (!set->extends || !set->common.out)) {
+        status = cli_fail("atlas add", CLI_EXIT_USAGE, "--atlas FILE and --out DIR are needed");
+    }
+    if (status == CLI_CONTINUE) {
+        status = run_options("atlas add", &set->common, NULL, &build.params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = atlas_add_run(&build) && atlas_build_output(&build) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }
     atlas_build_free(&build);
     return status;
@@ -176,13 +215,16 @@ int main(int argc, char **argv)
     if (argc > 1 && strcmp(argv[1], "build") == 0) {
         return build_main(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "add") == 0) {
+        return add_main(argc - 1, argv + 1);
+    }
     if (argc > 1 && strcmp(argv[1], "leave-one-out") == 0) {
         return leave_one_out_main(argc - 1, argv + 1);
     }
     if (argc > 1 && strcmp(argv[1], "--help") == 0) {
-        puts("usage: atlas build|segment|leave-one-out [options] ...\n"
+        puts("usage: atlas build|segment|add|leave-one-out [options] ...\n"
              "point distribution models made and used by springls: see atlas build --help, atlas segment --help");
         return CLI_EXIT_OK;
     }
-    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build, segment or leave-one-out (see --help)");
+    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build, segment, add or leave-one-out (see --help)");
 }

@@ -14,6 +14,7 @@
  *          each springl's correspondence is its place on the atlas, which gives the result the atlas's regions */
 #include "atlas/atlas.h"
 
+#include "base/bvh.h"
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "imaging/gvf.h"
@@ -203,6 +204,34 @@ static bool run_to_rest(struct atlas_segment *run, struct push *field)
     return good;
 }
 
+/* Takes the atlas's vertices from the shape that the springls started from to the surface: to the place whose correspondence is
+ * nearest. */
+static bool carry_vertices(struct atlas_segment *run, const springls_mesh *surface)
+{
+    const struct shape_mesh *shape = &run->stages[run->begin];
+    struct bvh bvh;
+    run->vertices = malloc((3 * (size_t)shape->vertex_count + 1) * sizeof *run->vertices);
+    if (!run->vertices || !bvh_build(&bvh, surface->correspondences, (const uint32_t *)(const void *)surface->triangles,
+                                     (size_t)surface->triangle_count)) {
+        return atlas_no_memory();
+    }
+    for (int v = 0; v < shape->vertex_count; ++v) {
+        float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3];
+        uint32_t triangle = 0;
+        bvh_distance(&bvh, shape->positions + 3 * v, closest, &triangle);
+        const int *corner = surface->triangles + 3 * (size_t)triangle;
+        const float *a = surface->correspondences;
+        mesh_barycentric(a + 3 * corner[0], a + 3 * corner[1], a + 3 * corner[2], closest, weight);
+        for (int k = 0; k < 3; ++k) {
+            run->vertices[3 * v + k] = weight[0] * surface->positions[3 * corner[0] + k]
+                                     + weight[1] * surface->positions[3 * corner[1] + k]
+                                     + weight[2] * surface->positions[3 * corner[2] + k];
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
 /* Extracts the springls' surface and the atlas region of each of its vertices. */
 static bool take_surface(struct atlas_segment *run)
 {
@@ -224,7 +253,7 @@ static bool take_surface(struct atlas_segment *run)
         target_nearest(&origin, &identity, surface.correspondences + 3 * v, &hit);
         run->regions[v] = run->atlas.regions[hit.vertex];
     }
-    good = good && (run->regions || atlas_no_memory());
+    good = good && (run->regions || atlas_no_memory()) && carry_vertices(run, &surface);
     run->springls = springls_count(run->ctx);
     springls_mesh_free(run->ctx, &surface);
     target_free(&origin);
@@ -469,4 +498,5 @@ void atlas_segment_free(struct atlas_segment *run)
     springls_cl_destroy(run->backend);
     free(run->placing.shape);
     free(run->regions);
+    free(run->vertices);
 }

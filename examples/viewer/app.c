@@ -51,7 +51,9 @@ static void fit(struct viewer_app *app)
     float half[3];
     vec3_sub(app->model.upper, app->model.lower, half);
     const float side = app->model.voxel * (float)app->model.grid;
-    viewer_camera_fit(&app->camera, app->model.middle, 0.4f * vec3_length(half), 0.9f * side);
+    float middle[3];
+    viewer_model_middle(&app->model, middle);
+    viewer_camera_fit(&app->camera, middle, 0.4f * vec3_length(half), 0.9f * side);
     ++app->looks;
 }
 
@@ -146,7 +148,10 @@ static bool make_second(struct viewer_app *app)
 
 static bool place_second(struct viewer_app *app, const char *path)
 {
-    memcpy(app->second_place, app->hover ? app->brush.center : app->model.middle, sizeof app->second_place);
+    viewer_model_middle(&app->model, app->second_place);
+    if (app->hover) {
+        memcpy(app->second_place, app->brush.center, sizeof app->second_place);
+    }
     app->second_radius = (path ? 2.0f : 1.0f) * app->brush.radius;
     snprintf(app->second_path, sizeof app->second_path, "%s", path ? path : "");
     return make_second(app);
@@ -436,4 +441,5 @@ void viewer_app_work(struct viewer_app *app, double seconds)
     } else {
         begin_step(app);
     }
+    viewer_model_middle(&app->model, app->camera.middle); /* what is drawn is around the grid */
 }

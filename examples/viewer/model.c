@@ -188,11 +188,27 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
     return good;
 }
 
+void viewer_model_middle(const struct viewer_model *model, float middle[3])
+{
+    int offset[3];
+    springls_window_offset(model->ctx, offset);
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = model->middle[a] + model->voxel * (float)offset[a];
+    }
+}
+
+/* Creates the context of a second body: on the grid of `like`, in its window. */
+static bool create_beside(struct viewer_model *made, const struct viewer_model *like)
+{
+    springls_desc desc = like->desc;
+    springls_window_offset(like->ctx, desc.window);
+    return create_context(made, &desc, like->middle, like->desc.grid.spacing[0]);
+}
+
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0])
-                   && set_implicit(&made, fn, user);
+    const bool good = create_beside(&made, like) && set_implicit(&made, fn, user);
     return replace(second, &made, good);
 }
 
@@ -215,7 +231,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
         mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
     }
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_mesh(&made, &mesh);
+    const bool good = create_beside(&made, like) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
     return replace(second, &made, good);
 }

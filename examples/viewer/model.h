@@ -12,7 +12,7 @@ struct viewer_model {
     springls_desc desc; /* description of ctx */
     int grid;           /* voxels a side */
     float voxel;        /* world units */
-    float middle[3];    /* of the grid */
+    float middle[3];    /* of the grid, where it was made */
     float lower[3], upper[3]; /* box of the body at the start, for its texture */
     int colors;         /* the attribute with the mesh's colors; -1: none */
     int rest_steps_due;      /* steps without a force that are still due */
@@ -35,7 +35,10 @@ bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc);
 bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, const struct mesh *mesh);
 bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, const char *path);
 
-/* Make a second body in the grid of `like`: from a function, a ball around `place`, or a mesh there, scaled so that its
+/* Computes the middle of the grid where it is now: with springls_desc.follow it moves with the body. */
+void viewer_model_middle(const struct viewer_model *model, float middle[3]);
+
+/* Make a second body in the grid of `like`, where that is now: from a function, a ball around `place`, or a mesh there, scaled so that its
  * longest side is 2 * radius. */
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user);
 bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius);

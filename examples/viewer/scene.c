@@ -55,6 +55,17 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
+/* Returns the place of a brick of the lattice: each of the grid has its own, wherever the grid is (springls_desc.follow). */
+static int place_of_brick(const struct viewer_scene *scene, const int brick[3])
+{
+    const int side = scene->chunks_side;
+    int at[3];
+    for (int a = 0; a < 3; ++a) {
+        at[a] = (brick[a] % side + side) % side;
+    }
+    return (at[2] * side + at[1]) * side + at[0];
+}
+
 /* Uploads the surface's chunks that have changed, once all are made. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
@@ -76,14 +87,16 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
             return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
         }
     }
+    for (const springls_chunk *c = changed; c < changed + count; ++c) { /* first: another one may take the place */
+        if (c->triangle_count == 0) {
+            viewer_gl_unset(&scene->chunks[place_of_brick(scene, c->brick)]);
+        }
+    }
     for (const springls_chunk *c = changed; c < changed + count; ++c) {
         const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
-        const int side = scene->chunks_side, place = (c->brick[2] * side + c->brick[1]) * side + c->brick[0];
-        struct viewer_surface *chunk = &scene->chunks[place];
         if (c->triangle_count > 0) {
-            viewer_gl_set(chunk, arrays, c->vertex_count, c->triangles, sizeof *c->triangles, c->triangle_count);
-        } else {
-            viewer_gl_unset(chunk);
+            viewer_gl_set(&scene->chunks[place_of_brick(scene, c->brick)], arrays, c->vertex_count, c->triangles,
+                          sizeof *c->triangles, c->triangle_count);
         }
     }
     return true;

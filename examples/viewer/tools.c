@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A brush in voxels and its effect in a step of duration 1, for force callbacks. */
+/* A brush in voxels of the lattice and its effect in a step of duration 1, for force callbacks. */
 struct stroke {
     float center[3], radius;
     float displacement[3];    /* drag */
@@ -23,11 +23,23 @@ static float fading(const float from_center[3], float radius)
     return q > 0.0f ? q * q : 0.0f;
 }
 
+/* Adds the place of the grid on the lattice to voxel coordinates, or takes it away: forces are on the lattice, which stays where
+ * it is when the grid moves (springls_desc.follow). */
+static void move_to_lattice(const struct viewer_model *model, float sign, float *points, size_t count)
+{
+    int offset[3];
+    springls_window_offset(model->ctx, offset);
+    for (size_t i = 0; i < 3 * count; ++i) {
+        points[i] += sign * (float)offset[i % 3];
+    }
+}
+
 static struct stroke in_voxels(const struct viewer_model *model, const struct viewer_brush *brush)
 {
     struct stroke stroke = {.everywhere = !brush};
     if (brush) {
         springls_to_voxel(model->ctx, brush->center, 1, stroke.center);
+        move_to_lattice(model, 1.0f, stroke.center, 1);
         stroke.radius = brush->radius / model->voxel;
     }
     return stroke;
@@ -142,6 +154,7 @@ static bool read_distances(struct viewer_model *model, const int lo[3], const in
             }
         }
     }
+    move_to_lattice(model, -1.0f, points, n);
     springls_to_world(model->ctx, points, (int)n, points);
     return viewer_model_check(model, springls_sample_distance(model->ctx, points, (int)n, phi));
 }

@@ -501,7 +501,7 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
         SPRINGLS__TRY(springls__surface_build(ctx, outer, ctx->model.set.s, ctx->model.set.count));
         distance.nearest = outer;
     }
-    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance);
+    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance, &ctx->original, 64.0f);
 }
 
 /* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */

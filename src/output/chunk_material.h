@@ -88,29 +88,31 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     return group;
 }
 
-/* Returns how far numbers are beyond the interval from lower to upper; negative inside. */
-SPRINGLS__FN springls__vec springls__beyond(springls__vec x, float lower, float upper)
+/* Returns the squares of how far numbers are beyond the interval from lower to upper. */
+SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float upper)
 {
-    return springls__vec_max(lower - x, x - upper);
+    const springls__vec beyond = springls__vec_max(springls__vec_max(lower - x, x - upper), springls__vec_broadcast(0.0f));
+    return beyond * beyond;
 }
 
+/* Lists the candidates whose reach the group's box is in. */
 SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
 {
     const float slack = 1e-3f; /* more than all rounding errors */
     const springls__v3 lo = group->lower, hi = group->upper;
-    float beyond[SPRINGLS__LANES];
+    float within[SPRINGLS__LANES];
     int k, lane;
     c->listed = 0;
     for (k = 0; k < c->count; k += SPRINGLS__LANES) {
-        springls__vec x = springls__beyond(springls__vec_load(c->x + k), lo.x, hi.x);
-        springls__vec y = springls__beyond(springls__vec_load(c->y + k), lo.y, hi.y);
-        springls__vec z = springls__beyond(springls__vec_load(c->z + k), lo.z, hi.z);
-        x = springls__vec_max(x, springls__vec_max(y, z)) - springls__vec_load(c->reach + k);
-        if (!springls__vec_any(x <= slack)) continue;
-        springls__vec_store(beyond, x);
+        springls__vec d2 = springls__beyond2(springls__vec_load(c->x + k), lo.x, hi.x)
+                         + springls__beyond2(springls__vec_load(c->y + k), lo.y, hi.y)
+                         + springls__beyond2(springls__vec_load(c->z + k), lo.z, hi.z);
+        springls__vec reach = springls__vec_load(c->reach + k) + slack;
+        if (!springls__vec_any(d2 <= reach * reach)) continue;
+        springls__vec_store(within, reach * reach - d2);
         for (lane = 0; lane < SPRINGLS__LANES; lane++) {
             c->list[c->listed] = k + lane;
-            c->listed += (k + lane < c->count) & (beyond[lane] <= slack);
+            c->listed += (k + lane < c->count) & (within[lane] >= 0.0f);
         }
     }
 }
