@@ -36,7 +36,7 @@ SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, 
     model->work.sums[i] = sum;
 }
 
-/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */
+/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */
 SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
@@ -46,7 +46,7 @@ SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, s
         model->work.sums[k] = sum;
         sum += one;
     }
-    model->work.counts[i] = sum;
+    model->work.counts[args.chunk.place + i] = sum;
 }
 
 /* Replaces each number of chunk i by the sum of those before it. */
@@ -97,8 +97,8 @@ SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model
         largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);
         more += model->work.sums[2 * k + 1];
     }
-    ((__global float *)model->work.counts)[i] = largest;
-    model->work.counts[i + 1] = more;
+    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;
+    model->work.counts[args.chunk.place + i + 1] = more;
 }
 
 SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)

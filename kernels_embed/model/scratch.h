@@ -46,7 +46,7 @@
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \

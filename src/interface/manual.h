@@ -445,7 +445,7 @@
        Regions and samples of the model's own grid are on the lattice too.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
-     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
      - springls_combine takes models in different windows of one lattice.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that

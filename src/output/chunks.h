@@ -16,6 +16,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 #include "../stages/window.h"
+#include "chunk_material.h"
 
 /* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
    that correspondences have moved along the surface. */
@@ -401,28 +402,61 @@ SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, floa
     for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
-/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
-SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
+SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
+                                                 int springl, springls__v3 a)
 {
-    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    float *a = chunk->correspondences + 3 * vertex;
-    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
-    else springls__voxel_to_world(ctx, x, a);
-    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+    float *out = chunk->correspondences + 3 * vertex;
+    if (springl >= 0) springls__original_to_world(ctx, a, out);
+    else springls__voxel_to_world(ctx, x, out);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Writes the correspondences and ids of a chunk vertex by vertex. vertex: voxels. */
+SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex)
+{
+    int i;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__CHUNK_RADIUS);
+        const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
+        springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
+    }
+}
+
+/* Writes the correspondences and ids of a chunk. vertex: voxels. */
+SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
+                                                springls__candidates *candidates)
+{
+    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    for (i = 1; i < chunk->vertex_count; i++) {
+        lower = springls__min3(lower, vertex[i]);
+        upper = springls__max3(upper, vertex[i]);
+    }
+    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+        springls__fill_single_material(ctx, chunk, vertex);
+        return;
+    }
+    for (i = 0; i < chunk->vertex_count; i += count) {
+        count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
+        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
+        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+    }
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
-SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
+                                       springls__candidates *candidates)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
+    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
     for (i = 0; i < chunk->vertex_count; i++) {
         springls__v3 x = vertex[i];
         springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
@@ -434,8 +468,8 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
 SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    (void)memory;
-    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
+    for (; begin < end; begin++)
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
@@ -530,6 +564,7 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -553,7 +588,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
+        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:

@@ -49,12 +49,13 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
-    int step = 1, axis, lines;
+    int step = 1, axis, lines, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
@@ -63,7 +64,9 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
@@ -74,12 +77,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
