@@ -24,6 +24,7 @@
      >>triangle_body:kernel kernels_embed/language/triangle_body.h
      >>springl_body:kernel  kernels_embed/model/springl_body.h
      >>fit:kernel           kernels_embed/model/fit.h
+     >>fit_body:kernel      kernels_embed/model/fit_body.h
      >>advect_body:kernel   kernels_embed/stages/advect_body.h
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
@@ -113,6 +114,7 @@
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
+     >>chunk_material       src/output/chunk_material.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
@@ -561,7 +563,7 @@
        Regions and samples of the model's own grid are on the lattice too.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
-     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
      - springls_combine takes models in different windows of one lattice.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
@@ -1076,6 +1078,10 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
     bool follow;                   /* the grid is a window that moves with the model, by whole bricks of 8^3 voxels
                                       (manual, A WORLD WITHOUT WALLS); grid.size has to be multiples of 8           */
+    int window[3];                 /* voxels from the place of `grid` to where the window is after an input and
+                                      springls_reset, multiples of 8 up to 2^30; 0: at its place. Not 0: grid.size
+                                      has to be multiples of 8. With springls_window_offset of another model it makes
+                                      one beside that, on the same lattice, as springls_combine needs                */
 } springls_desc;
 
 /* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
@@ -2002,8 +2008,8 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
 /* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -2087,7 +2093,7 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
@@ -4174,43 +4180,67 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
 #define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
-typedef struct springls__fit {
-    springls__v3 origin, e1, e2, n; /* the tangent frame */
-    springls__v3 a0;                /* correspondences are summed relative to it */
-    float normal_matrix[21];        /* lower triangle, row by row */
-    float right[24];
-    int count;
-} springls__fit;
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
-SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+/* ======== >>fit_body:kernel  (kernels_embed/model/fit_body.h) ================================================== */
+/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
+
+typedef struct SPRINGLS__W(fit) {
+    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
+    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
+    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
+    SPRINGLS__NUM right[24];
+    SPRINGLS__NUM count;
+} SPRINGLS__W(fit);
+
+/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
+                                                             SPRINGLS__NUM3 a0)
 {
-    springls__fit fit;
+    SPRINGLS__W(fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
     fit.a0 = a0;
-    fit.e1 = springls__any_tangent(n);
-    fit.e2 = springls__cross(n, fit.e1);
-    fit.count = 0;
-    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
-    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
+    fit.e1 = e1;
+    fit.e2 = SPRINGLS__W(cross)(n, e1);
+    fit.count = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
 /* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct springls__fit_equation {
-    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
-} springls__fit_equation;
+typedef struct SPRINGLS__W(fit_equation) {
+    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} SPRINGLS__W(fit_equation);
 
-SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,
-                                                                 springls__v3 normal, springls__v3 a)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
+                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
-    springls__fit_equation e;
-    e.term[0] = 1.0f;
-    e.term[1] = springls__dot(d, fit->e1);
-    e.term[2] = springls__dot(d, fit->e2);
+    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
+    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
+    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
+    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__W(fit_equation) e;
+    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
+    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
+    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
     e.term[3] = e.term[1] * e.term[1];
     e.term[4] = e.term[1] * e.term[2];
     e.term[5] = e.term[2] * e.term[2];
@@ -4218,126 +4248,458 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     e.value[1] = a.x - fit->a0.x;
     e.value[2] = a.y - fit->a0.y;
     e.value[3] = a.z - fit->a0.z;
-    e.weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) e.weight = 0.0f;
+    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
     return e;
 }
 
 /* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
-   sheet. */
-SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+   sheet: weight 0 changes nothing. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
+                                                      SPRINGLS__NUM3 a)
 {
-    springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);
+    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
+    const SPRINGLS__COND counts = e.weight > 0.0f;
     int i, j;
-    if (!(e.weight > 0.0f)) return false;
+    if (!SPRINGLS__W(any)(counts)) return counts;
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        const float scaled = e.weight * e.term[i];
+        const SPRINGLS__NUM scaled = e.weight * e.term[i];
         for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
         for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
     }
-    fit->count++;
-    return true;
+    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
+    return counts;
 }
 
 /* The fitted surface at the origin. */
-typedef struct springls__fit_result {
-    springls__v3 point, normal, a;
-    int ok; /* 0: too few neighbors, or they lie on a line */
-} springls__fit_result;
+typedef struct SPRINGLS__W(fit_result) {
+    SPRINGLS__NUM3 point, normal, a;
+    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
+} SPRINGLS__W(fit_result);
 
-/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; 0 when it is close to singular. */
-SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, float l[21])
+/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
 {
+    SPRINGLS__COND ok = fit->count > 0.0f;
     int i, j, k;
     for (i = 0; i < terms; i++) {
         for (j = 0; j <= i; j++) {
-            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];
+            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit->normal_matrix[0])) return 0; /* coordinates are at most 1 */
-                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
+                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
+                if (!SPRINGLS__W(any)(ok)) return ok;
+                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
             }
         }
     }
-    return terms > 0;
+    return ok;
 }
 
 /* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
     for (i = 0; i < terms; i++) {
-        float sum = x[i];
+        SPRINGLS__NUM sum = x[i];
         for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
         x[i] = sum / l[i * (i + 1) / 2 + i];
     }
     for (i = terms - 1; i >= 0; i--) {
-        float sum = x[i];
+        SPRINGLS__NUM sum = x[i];
         for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
         x[i] = sum / l[i * (i + 1) / 2 + i];
     }
 }
 
 /* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
-typedef struct springls__fit_solution {
-    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms; /* 0: there are none */
-} springls__fit_solution;
+typedef struct SPRINGLS__W(fit_solution) {
+    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
+    int terms;
+    SPRINGLS__COND ok; /* false: there are none */
+} SPRINGLS__W(fit_solution);
 
-SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
 {
-    springls__fit_solution s;
+    SPRINGLS__W(fit_solution) s;
     int i, v;
-    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;
+    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
+    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
     for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
-        for (i = 0; i < SPRINGLS__FIT_TERMS; i++) s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;
-        springls__fit_substitute(s.l, s.terms, s.x[v]);
+        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
+            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
+        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
     }
     return s;
 }
 
-/* Solves for the first `terms` coefficients; not ok when there are none, or the matrix is close to singular. */
-SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
 {
-    springls__fit_solution s = springls__fit_coefficients(&fit, terms);
-    springls__fit_result result;
-    result.ok = s.terms > 0;
-    result.point = fit.origin;
-    result.normal = fit.n;
-    result.a = fit.a0;
-    if (!result.ok) return result;
-    result.point = springls__mad(fit.origin, fit.n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
-    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, s.x[0][1])),
-                                                      springls__scale(fit.e2, s.x[0][2])));
-    result.a = springls__add(fit.a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
-    return result;
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
+                                SPRINGLS__W(select)(where, yes.z, no.z));
 }
 
-/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
-SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }
+/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
+   matrix is not close to singular. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
+                                              SPRINGLS__W(fit_result) *result)
+{
+    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
+    SPRINGLS__W(fit_solution) s;
+    SPRINGLS__NUM3 normal;
+    SPRINGLS__COND good;
+    if (!SPRINGLS__W(any)(due)) return;
+    s = SPRINGLS__W(fit_coefficients)(fit, terms);
+    good = due & s.ok;
+    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
+                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
+    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
+                                         result->point);
+    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
+    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
+                                     result->a);
+    result->ok = result->ok | good;
+}
 
 /* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
    not ok with fewer. */
-SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
 {
-    springls__fit_result result = springls__fit_solve(fit, springls__fit_terms(fit.count));
-    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+    SPRINGLS__W(fit_result) result;
+    result.ok = fit->count < 0.0f;
+    result.point = fit->origin;
+    result.normal = fit->n;
+    result.a = fit->a0;
+    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
+    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
+    return result;
 }
 
 /* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
    there. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
 {
-    springls__fit_result result = springls__fit_highest(fit);
-    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (u * u + v * v > w * w) {
-        result.point = fit.origin;
-        result.normal = fit.n;
-    }
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
+    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
+    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
+    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
+    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
     return result;
 }
+
+/* The box of the correspondences that a fit has taken. */
+typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
+{
+    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
+    SPRINGLS__W(fit_box) box;
+    box.lower = SPRINGLS__W(v3_make)(high, high, high);
+    box.upper = SPRINGLS__W(v3_make)(low, low, low);
+    return box;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
+}
+
+/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
+                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
+    if (!SPRINGLS__W(any)(counts)) return;
+    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
+    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
+}
+
+/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
+   further than a voxel from the origin, or turned away from n. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
+                                                                    const SPRINGLS__W(fit_box) *box)
+{
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
+    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
+    SPRINGLS__NUM off2, facing;
+    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
+    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
+    facing = SPRINGLS__W(dot)(result.normal, fit->n);
+    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
+    return result;
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/model/fit_body.h -------- */
+/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
+
+typedef struct SPRINGLS__W(fit) {
+    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
+    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
+    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
+    SPRINGLS__NUM right[24];
+    SPRINGLS__NUM count;
+} SPRINGLS__W(fit);
+
+/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
+                                                             SPRINGLS__NUM3 a0)
+{
+    SPRINGLS__W(fit) fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.a0 = a0;
+    fit.e1 = e1;
+    fit.e2 = SPRINGLS__W(cross)(n, e1);
+    fit.count = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
+    return fit;
+}
+
+/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
+typedef struct SPRINGLS__W(fit_equation) {
+    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} SPRINGLS__W(fit_equation);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
+                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
+    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
+    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
+    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__W(fit_equation) e;
+    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
+    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
+    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
+    e.term[3] = e.term[1] * e.term[1];
+    e.term[4] = e.term[1] * e.term[2];
+    e.term[5] = e.term[2] * e.term[2];
+    e.value[0] = h;
+    e.value[1] = a.x - fit->a0.x;
+    e.value[2] = a.y - fit->a0.y;
+    e.value[3] = a.z - fit->a0.z;
+    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    return e;
+}
+
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet: weight 0 changes nothing. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
+                                                      SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
+    const SPRINGLS__COND counts = e.weight > 0.0f;
+    int i, j;
+    if (!SPRINGLS__W(any)(counts)) return counts;
+    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
+        const SPRINGLS__NUM scaled = e.weight * e.term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
+    }
+    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
+    return counts;
+}
+
+/* The fitted surface at the origin. */
+typedef struct SPRINGLS__W(fit_result) {
+    SPRINGLS__NUM3 point, normal, a;
+    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
+} SPRINGLS__W(fit_result);
+
+/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
+{
+    SPRINGLS__COND ok = fit->count > 0.0f;
+    int i, j, k;
+    for (i = 0; i < terms; i++) {
+        for (j = 0; j <= i; j++) {
+            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
+            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
+            if (i == j) {
+                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
+                if (!SPRINGLS__W(any)(ok)) return ok;
+                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
+            } else {
+                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
+            }
+        }
+    }
+    return ok;
+}
+
+/* Solves for one right-hand side, and replaces it in x by the solution. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
+{
+    int i, k;
+    for (i = 0; i < terms; i++) {
+        SPRINGLS__NUM sum = x[i];
+        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+    for (i = terms - 1; i >= 0; i--) {
+        SPRINGLS__NUM sum = x[i];
+        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+}
+
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
+typedef struct SPRINGLS__W(fit_solution) {
+    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
+    int terms;
+    SPRINGLS__COND ok; /* false: there are none */
+} SPRINGLS__W(fit_solution);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
+{
+    SPRINGLS__W(fit_solution) s;
+    int i, v;
+    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
+    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
+    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
+        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
+            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
+        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
+    }
+    return s;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
+                                SPRINGLS__W(select)(where, yes.z, no.z));
+}
+
+/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
+   matrix is not close to singular. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
+                                              SPRINGLS__W(fit_result) *result)
+{
+    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
+    SPRINGLS__W(fit_solution) s;
+    SPRINGLS__NUM3 normal;
+    SPRINGLS__COND good;
+    if (!SPRINGLS__W(any)(due)) return;
+    s = SPRINGLS__W(fit_coefficients)(fit, terms);
+    good = due & s.ok;
+    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
+                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
+    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
+                                         result->point);
+    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
+    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
+                                     result->a);
+    result->ok = result->ok | good;
+}
+
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
+{
+    SPRINGLS__W(fit_result) result;
+    result.ok = fit->count < 0.0f;
+    result.point = fit->origin;
+    result.normal = fit->n;
+    result.a = fit->a0;
+    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
+    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
+    return result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
+{
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
+    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
+    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
+    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
+    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
+    return result;
+}
+
+/* The box of the correspondences that a fit has taken. */
+typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
+{
+    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
+    SPRINGLS__W(fit_box) box;
+    box.lower = SPRINGLS__W(v3_make)(high, high, high);
+    box.upper = SPRINGLS__W(v3_make)(low, low, low);
+    return box;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
+}
+
+/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
+                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
+    if (!SPRINGLS__W(any)(counts)) return;
+    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
+    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
+}
+
+/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
+   further than a voxel from the origin, or turned away from n. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
+                                                                    const SPRINGLS__W(fit_box) *box)
+{
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
+    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
+    SPRINGLS__NUM off2, facing;
+    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
+    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
+    facing = SPRINGLS__W(dot)(result.normal, fit->n);
+    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
+    return result;
+}
+/* -------- back in kernels_embed/model/fit.h -------- */
+
+SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+{
+    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);
+}
+
+/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
+SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }
 
 /* ======== >>error_estimates:kernel  (kernels_embed/model/error_estimates.h) ==================================== */
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
@@ -4434,7 +4796,7 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     sums = springls__sum_residuals(model, &span, known);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
-    spare = springls__imax(span.fit.count - span.solution.terms, 1);
+    spare = springls__imax((int)span.fit.count - span.solution.terms, 1);
     variance = standard_errors * standard_errors * unit[0] / (float)spare;
     thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;
@@ -5390,6 +5752,24 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
+/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_NOW, /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNT_LATE
+} springls__late_count;
+
+/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
+enum { SPRINGLS__OWN_COUNTS = 3, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -5406,10 +5786,12 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
+       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
+       device array COUNTS, from `place` on. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
+    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
@@ -5477,7 +5859,7 @@ typedef struct springls__motion {
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     int active_count, free_count, slot_count, some_asleep;
-    float lag;
+    float lag, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -5552,12 +5934,15 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
+    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
     springls__work work;
@@ -5767,6 +6152,15 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
+/* Takes the late counts that have not been read from a copy of the array COUNTS. */
+SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
+        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
+    ctx->late_unread = 0;
+}
+
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
@@ -5780,6 +6174,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) ctx->backend->release(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
+    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
+    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -5990,23 +6386,31 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
+/* Returns how far a triangle may be that could be nearer than the one at squared distance best2, or as near: more by all rounding
+   errors, at most `radius`. */
+SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)
+{
+    return springls__min(springls__sqrt(best2) + 1e-3f, radius);
+}
+
 /* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
    there is none. */
 SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
+    float best = radius * radius, limit = radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
+        float d2, within = limit + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
+            limit = springls__nearest_limit(best, radius);
             nearest = i;
         }
     }
@@ -7382,8 +7786,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_highest(fit);
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;
+    result = springls__fit_highest(&fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;
     return result;
 }
 
@@ -7395,7 +7799,7 @@ SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, spr
     for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
     for (side = 0; side < sides.count; side++) {
         fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
-        good += fit[side].ok != 0;
+        good += fit[side].ok;
     }
     return good;
 }
@@ -7437,7 +7841,7 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
@@ -7458,7 +7862,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
-    return result->ok != 0;
+    return result->ok;
 }
 
 /* Returns the mean distance of x over one side, and the middle of that side. */
@@ -7699,28 +8103,18 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__fit_box box = springls__fit_box_begin();
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
-    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
         if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
-        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
-        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
-    result = springls__fit_end(fit);
-    if (!result.ok) return result;
-    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
-                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
-                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
-    return result;
+    return springls__fit_end_in_box(&fit, &box);
 }
 
 SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
@@ -9048,6 +9442,9 @@ SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool s
     return false;
 }
 
+/* What has_opposed has of a brick that is asleep, in which nothing is found. */
+#define SPRINGLS__OPPOSED_ASLEEP 2
+
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
    springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
@@ -9065,7 +9462,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (model->group.item == 0) {
+        *side_unknown = 0;
+        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
+    }
     if (springls__keeps_phi(model, i)) return;
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
@@ -9564,12 +9964,14 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
     springls__part_add(part, at);
 }
 
-/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
-SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than
+   `largest`. */
+SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, at) < 0.0f;
+    bool inside;
     int i, d, from[3], to[3];
-    springls__part_begin(part, at);
+    springls__part_place(part, 0, from);
+    inside = springls__phi_of(g, from) < 0.0f;
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
@@ -9578,6 +9980,29 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
     return true;
+}
+
+/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    springls__part_begin(part, at);
+    return springls__part_grow(g, largest, part);
+}
+
+/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */
+SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])
+{
+    springls__part part;
+    int d, to[3], word;
+    uint32_t bit;
+    for (d = 0; d < 6; d++) {
+        springls__neighbor_voxel(at, d, to);
+        if (springls__phi_of(g, to) < 0.0f) continue;
+        springls__part_begin(&part, to);
+        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
+    }
+    return false;
 }
 
 /* ---- joining ---- */
@@ -9758,7 +10183,8 @@ SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at
     return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
-/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble
+   is left behind it. */
 SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
 {
     springls__joint here, there;
@@ -9773,7 +10199,7 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
         there.phi = springls__phi_of(g, there.at);
         if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
     }
-    return true;
+    return !springls__is_mouth(g, at);
 }
 
 /* ---- removal ---- */
@@ -10868,47 +11294,102 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
+/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
+
+/* Makes `number` late counts from `late` on 0. */
+SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+{
+    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
+    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+}
+
+/* Notes that the device has found so many late counts. */
+SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+{
+    ctx->late_unread |= ((1u << number) - 1u) << late;
+}
+
+/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
+{
+    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    return ctx->late_count[late];
+}
+
+/* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
+SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                        uint8_t value)
+{
+    const uint8_t *flags;
+    int i;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 1);
+            return;
+        }
+        springls__fall_back_to_host(ctx);
+    }
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    flags = (const uint8_t *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags;
-    int i, n = 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_NOW, array, count, value);
+    return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
+}
+
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
+   late counts number `late` and `late` + 1. */
+SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                          float limit)
+{
+    const float *values;
+    float largest = 0.0f;
+    int i;
+    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
+    if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 2);
+            return;
+        }
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) n += flags[i] == value;
-    return n;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    values = (const float *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) {
+        largest = springls__max(largest, values[i]);
+        ctx->late_count[late + 1] += values[i] > limit;
+    }
+    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+}
+
+SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
+{
+    uint32_t bits = springls__count_found(ctx, late);
+    springls__largest found;
+    memcpy(&found.value, &bits, sizeof found.value);
+    found.more = (int)ctx->late_count[late + 1];
+    return found;
 }
 
 /* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
 SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
-    const float *values;
-    springls__largest found = { 0.0f, 0 };
-    int i;
-    if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
-        springls__fall_back_to_host(ctx);
-        found.value = 0.0f;
-        found.more = 0;
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        found.value = springls__max(found.value, values[i]);
-        found.more += values[i] > limit;
-    }
-    return found;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, array, count, limit);
+    return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -10924,20 +11405,49 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
-   more than an int holds. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+/* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
+   is for springls__scan_found. */
+SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
+                                                  int count)
 {
     uint64_t sum;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
     sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
+    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
+    return SPRINGLS_OK;
+}
+
+/* Writes that sum to *total; fails when it is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
+{
+    uint32_t sum = springls__count_found(ctx, late);
+    if (ctx->lost) return ctx->backend_status;
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
+}
+
+/* Returns true when rounds that are repeated until one changes nothing are to be checked for that. On a device some more, which
+   change nothing, cost less than waiting after each. */
+SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds)
+{
+    const int between = 4;
+    return !ctx->on_device || rounds % between == 0;
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
@@ -11391,15 +11901,30 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = 0.0f;
+    ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+}
+
+/* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
+SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
+    springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
+    return SPRINGLS_OK;
+}
+
+/* Returns it, voxels. */
+SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
+{
+    return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement =
-        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
+    SPRINGLS__TRY(springls__find_displacement(ctx));
+    *displacement = springls__displacement_found(ctx);
     return SPRINGLS_OK;
 }
 
@@ -11948,6 +12473,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = 0.0f;
+    ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
@@ -12710,6 +13236,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
+        ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
@@ -13570,10 +14097,17 @@ enum {
     SPRINGLS__CONTRACT_REMOVE
 };
 
+/* Returns true after the last round of merging. */
+SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+{
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__arguments args;
-    int count = ctx->model.set.count, undecided;
+    int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
@@ -13587,7 +14121,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
+        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
@@ -13599,16 +14133,18 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
+                                                                                               : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
         springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -14687,10 +15223,11 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether some seeds are neither chosen nor dropped yet. */
-SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
+SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
 /* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
@@ -14791,7 +15328,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         SPRINGLS__TRY(springls__find_seeds(ctx));
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (springls__seeds_undecided(ctx)) {
+        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
             springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
             return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
         }
@@ -14799,6 +15336,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
     case SPRINGLS__FILL_SEEDS_CHOSEN:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_SEEDS_INSERTED:
         springls__seeds_inserted(ctx);
@@ -15016,11 +15554,14 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
+   meanwhile is waited for once; what fills gaps next needs the list, too. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
     return SPRINGLS_OK;
@@ -15111,12 +15652,13 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
-    int step = 1, axis, lines;
+    int step = 1, axis, lines, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
@@ -15125,7 +15667,9 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
@@ -15136,12 +15680,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -15484,10 +16030,11 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
    place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Returns whether phi_next has voxels whose side is unknown. */
-SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
+/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
+SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
@@ -15507,11 +16054,23 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+/* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
+    const int bricks = ctx->model.grid.active_count;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
+}
+
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
+SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
@@ -15519,10 +16078,11 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined. */
-SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
+SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
@@ -15546,7 +16106,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
     case SPRINGLS__TIDY_JOIN:
-        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
             return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
         springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
@@ -15574,6 +16134,13 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 
 enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
 
+/* Moves the band after phi has been carried along. */
+SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__band_follow(ctx));
+    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
+}
+
 /* Makes the projected level set a distance again beyond the springls. */
 SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 {
@@ -15581,7 +16148,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
     if (ctx->work.phase == SPRINGLS__SWEPT) {
         springls__swap_phi(ctx);
         if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
     }
     springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__SWEPT);
@@ -15590,6 +16157,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
 
 enum {
+    SPRINGLS__PROJECT_MEASURE,
     SPRINGLS__PROJECT_BEGIN,
     SPRINGLS__PROJECT_ORIENT,
     SPRINGLS__PROJECT_PHI,
@@ -15607,7 +16175,7 @@ SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
     SPRINGLS__TRY(
         springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    ctx->work.displacement = springls__displacement_found(ctx);
     return springls__find_overlap(ctx);
 }
 
@@ -15616,8 +16184,11 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_BEGIN:
+    case SPRINGLS__PROJECT_MEASURE:
         ctx->work.carries = carry;
+        SPRINGLS__TRY(springls__find_displacement(ctx));
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
+    case SPRINGLS__PROJECT_BEGIN:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
     case SPRINGLS__PROJECT_ORIENT:
@@ -15631,7 +16202,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
     case SPRINGLS__PROJECT_SIDES:
         if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
             return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
         springls__resolve_sides(ctx, ctx->work.repetition);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
@@ -16009,7 +16580,17 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
 typedef struct springls__offset_job {
     springls_context *ctx;
     const springls__lock *lock;
+    bool keeps_sides;
 } springls__offset_job;
+
+/* Returns phi less an offset, on its own side if it is to keep it. */
+SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value, bool keeps_side)
+{
+    const float beside = 1e-6f; /* voxel */
+    float moved = springls__clamp(phi - offset, -far_value, far_value);
+    if (!keeps_side || (moved < 0.0f) == (phi < 0.0f)) return moved;
+    return phi < 0.0f ? -beside : beside;
+}
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -16025,7 +16606,7 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
         }
     }
 }
@@ -16117,10 +16698,11 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
+   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
-    const int iterations = 6;
+    const int iterations = 6, large = 2;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
@@ -16130,6 +16712,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     springls__label_bodies(&ctx->model.grid, lock);
     lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+        job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
@@ -16372,6 +16955,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
     return SPRINGLS_OK;
@@ -16388,6 +16972,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
@@ -16659,10 +17244,11 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
-                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
+    const float sure = 0.9f; /* leaves room for the rounding of places */
+    float displacement = 0.0f;
+    if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -17326,6 +17912,12 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     if (fault) return fault;
     for (axis = 0; axis < 3; axis++)
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
+    for (axis = 0; axis < 3; axis++) {
+        if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
+            return "grid.size is no multiple of 8, but window is set";
+    }
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
@@ -17407,6 +17999,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     fault = springls__desc_fault(desc, made.lattice_to_world, made.window.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     made.original_window = made.window;
+    memcpy(made.home, desc->window, sizeof made.home);
     springls__windows_reset(&made);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
@@ -19423,7 +20016,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->lag = FLT_MAX;
+    ctx->lag = ctx->away = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -19622,6 +20215,234 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
         out[i].parent = ctx->model.set.parent[i];
     }
     return SPRINGLS_OK;
+}
+
+/* ======== >>chunk_material  (src/output/chunk_material.h) ====================================================== */
+/* chunk_material.h - finds the nearest springl and the correspondence of all vertices of a chunk, with the bits of
+   springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
+
+enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
+
+/* How far from a vertex its springl may be, voxels. */
+#define SPRINGLS__CHUNK_RADIUS 1.0f
+
+/* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
+   vertices of it. reach: voxels from the particle of one within which it may. */
+typedef struct springls__candidates {
+    float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
+    float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
+    int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
+    int count, listed;
+} springls__candidates;
+
+/* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
+typedef struct springls__vertex_group {
+    springls__vec3 x;
+    springls__v3 lower, upper; /* their box */
+    int nearest[SPRINGLS__LANES];
+} springls__vertex_group;
+
+/* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
+SPRINGLS__FN float springls__reach_of(float bounding_radius)
+{
+    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__CHUNK_RADIUS + bounding_radius);
+}
+
+/* Returns true when a place is within r of a box, by each coordinate. */
+SPRINGLS__FN bool springls__is_around_box(springls__v3 p, springls__v3 lower, springls__v3 upper, float r)
+{
+    return p.x >= lower.x - r && p.x <= upper.x + r && p.y >= lower.y - r && p.y <= upper.y + r && p.z >= lower.z - r
+        && p.z <= upper.z + r;
+}
+
+/* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
+   sharp edge, or of bodies that stay apart. */
+SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__v3 lower, springls__v3 upper,
+                                            springls__candidates *c)
+{
+    const float r = springls__reach_of(model->cells.bounding_radius);
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    int i;
+    c->count = 0;
+    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &model->set.s[i];
+        if (!springls__is_around_box(s->p, lower, upper, springls__reach_of(s->bounding_radius))) continue;
+        if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
+        c->x[c->count] = s->p.x;
+        c->y[c->count] = s->p.y;
+        c->z[c->count] = s->p.z;
+        c->reach[c->count] = springls__reach_of(s->bounding_radius);
+        c->n[c->count] = springls__springl_normal(*s);
+        c->a[c->count] = model->set.a[i];
+        c->bounding_radius[c->count] = s->bounding_radius;
+        c->springl[c->count++] = i;
+    }
+    return true;
+}
+
+/* Makes a group of vertices 0 .. count - 1; the last one fills the lanes that are left. */
+SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, int count)
+{
+    springls__vertex_group group;
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    group.lower = group.upper = vertex[0];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        springls__v3 v = vertex[springls__imin(lane, count - 1)];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+        group.lower = springls__min3(group.lower, v);
+        group.upper = springls__max3(group.upper, v);
+        group.nearest[lane] = -1;
+    }
+    group.x = springls__vec_load_v3(x[0], x[1], x[2]);
+    return group;
+}
+
+/* Returns the squares of how far numbers are beyond the interval from lower to upper. */
+SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float upper)
+{
+    const springls__vec beyond = springls__vec_max(springls__vec_max(lower - x, x - upper), springls__vec_broadcast(0.0f));
+    return beyond * beyond;
+}
+
+/* Lists the candidates whose reach the group's box is in. */
+SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
+{
+    const float slack = 1e-3f; /* more than all rounding errors */
+    const springls__v3 lo = group->lower, hi = group->upper;
+    float within[SPRINGLS__LANES];
+    int k, lane;
+    c->listed = 0;
+    for (k = 0; k < c->count; k += SPRINGLS__LANES) {
+        springls__vec d2 = springls__beyond2(springls__vec_load(c->x + k), lo.x, hi.x)
+                         + springls__beyond2(springls__vec_load(c->y + k), lo.y, hi.y)
+                         + springls__beyond2(springls__vec_load(c->z + k), lo.z, hi.z);
+        springls__vec reach = springls__vec_load(c->reach + k) + slack;
+        if (!springls__vec_any(d2 <= reach * reach)) continue;
+        springls__vec_store(within, reach * reach - d2);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+            c->list[c->listed] = k + lane;
+            c->listed += (k + lane < c->count) & (within[lane] >= 0.0f);
+        }
+    }
+}
+
+/* Returns the particle of candidate k, in every lane. */
+SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c, int k)
+{
+    return springls__vec_broadcast3(springls__v3_make(c->x[k], c->y[k], c->z[k]));
+}
+
+/* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
+typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
+
+/* Takes candidate k for the vertices that it is nearest to so far; of two as near the springl of the lower index. */
+SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
+                                          springls__vertex_group *group, springls__nearest_search *search)
+{
+    const springls__vec within = springls__vec_load(search->limit) + c->bounding_radius[k];
+    const springls__vec3 d = springls__vec_sub(springls__particle_of(c, k), group->x);
+    const springls__vmask near_by = springls__vec_length2(d) <= within * within;
+    springls__tri_plan plan;
+    float d2[SPRINGLS__LANES];
+    int lane;
+    if (!springls__vec_any(near_by)) return;
+    plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
+    springls__vec_store(d2, springls__vec_select(near_by, springls__vec_tri_distance2(&plan, group->x),
+                                                 springls__vec_broadcast(FLT_MAX)));
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const int nearest = group->nearest[lane];
+        if (d2[lane] > search->best[lane]) continue;
+        if (d2[lane] == search->best[lane] && (nearest < 0 || c->springl[k] >= c->springl[nearest])) continue;
+        group->nearest[lane] = k;
+        search->best[lane] = d2[lane];
+        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__CHUNK_RADIUS);
+    }
+}
+
+/* Finds the candidates nearest to the vertices. guess: one that is probably near, or -1; it cannot change the result. */
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, int guess,
+                                         springls__vertex_group *group)
+{
+    springls__nearest_search search;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) {
+        search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
+        search.limit[i] = SPRINGLS__CHUNK_RADIUS;
+    }
+    if (guess >= 0) springls__try_candidate(model, c, guess, group, &search);
+    for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
+}
+
+/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+    }
+    return springls__vec_load_v3(x[0], x[1], x[2]);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them. */
+SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
+{
+    springls__v3 tangent[SPRINGLS__LANES];
+    int lane, own[SPRINGLS__LANES];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        own[lane] = index[lane] < 0 ? -1 : lane;
+        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
+    }
+    return springls__vectors_at(tangent, own);
+}
+
+/* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec_fit fit = springls__vec_fit_begin_in(group->x, springls__vectors_at(c->n, group->nearest),
+                                                       springls__tangents_of(c, group->nearest), a);
+    springls__vec_fit_box box = springls__vec_fit_box_begin();
+    springls__vec_fit_result result;
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const int k = c->list[i];
+        springls__vec_fit_add_in_box(&fit, &box, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
+                                     springls__vec_broadcast3(c->a[k]));
+    }
+    result = springls__vec_fit_end_in_box(&fit, &box);
+    return springls__vec_select3(result.ok, result.a, a);
+}
+
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. *guess: as in
+   springls__find_nearest; it becomes one for vertices beside these. */
+SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
+                                           int count, int *guess, int *springl, springls__v3 *a)
+{
+    springls__vertex_group group = springls__vertex_group_of(vertex, count);
+    float x[3][SPRINGLS__LANES];
+    springls__vec3 found;
+    int lane;
+    springls__list_candidates(&group, c);
+    springls__find_nearest(model, c, *guess, &group);
+    found = springls__group_correspondences(c, &group);
+    springls__vec_store(x[0], found.x);
+    springls__vec_store(x[1], found.y);
+    springls__vec_store(x[2], found.z);
+    for (lane = 0; lane < count; lane++) {
+        springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
+        a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+        if (group.nearest[lane] >= 0) *guess = group.nearest[lane];
+    }
 }
 
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
@@ -20013,28 +20834,61 @@ SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, floa
     for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
-/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
-SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
+SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
+                                                 int springl, springls__v3 a)
 {
-    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    float *a = chunk->correspondences + 3 * vertex;
-    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
-    else springls__voxel_to_world(ctx, x, a);
-    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+    float *out = chunk->correspondences + 3 * vertex;
+    if (springl >= 0) springls__original_to_world(ctx, a, out);
+    else springls__voxel_to_world(ctx, x, out);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Writes the correspondences and ids of a chunk vertex by vertex. vertex: voxels. */
+SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex)
+{
+    int i;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__CHUNK_RADIUS);
+        const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
+        springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
+    }
+}
+
+/* Writes the correspondences and ids of a chunk. vertex: voxels. */
+SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
+                                                springls__candidates *candidates)
+{
+    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    for (i = 1; i < chunk->vertex_count; i++) {
+        lower = springls__min3(lower, vertex[i]);
+        upper = springls__max3(upper, vertex[i]);
+    }
+    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+        springls__fill_single_material(ctx, chunk, vertex);
+        return;
+    }
+    for (i = 0; i < chunk->vertex_count; i += count) {
+        count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
+        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
+        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+    }
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
-SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
+                                       springls__candidates *candidates)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
+    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
     for (i = 0; i < chunk->vertex_count; i++) {
         springls__v3 x = vertex[i];
         springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
@@ -20046,8 +20900,8 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
 SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    (void)memory;
-    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
+    for (; begin < end; begin++)
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
@@ -20142,6 +20996,7 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -20165,7 +21020,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
+        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:
@@ -23468,6 +24324,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
@@ -23624,7 +24481,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 930 \"springls.h\"\n",
+    "#line 932 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -23732,7 +24589,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1944 \"springls.h\"\n",
+    "#line 1950 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -23794,8 +24651,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
     "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
-    "   floats above it are counted. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
+    "   floats above it are counted; place: in counts, of the result. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -23831,7 +24688,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2044 \"springls.h\"\n",
+    "#line 2050 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -23878,7 +24735,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
-    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \\\n",
     "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
@@ -23925,7 +24782,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2139 \"springls.h\"\n",
+    "#line 2145 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -24001,7 +24858,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2222 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -24022,7 +24879,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2238 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24037,7 +24894,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2254 \"springls.h\"\n",
+    "#line 2260 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -24161,7 +25018,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2378 \"springls.h\"\n",
+    "#line 2384 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -24187,7 +25044,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2411 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -24387,7 +25244,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2606 \"springls.h\"\n",
+    "#line 2612 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24402,7 +25259,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2621 \"springls.h\"\n",
+    "#line 2627 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -24526,14 +25383,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2751 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2753 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -24545,7 +25402,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2765 \"springls.h\"\n",
+    "#line 2771 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24560,7 +25417,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2781 \"springls.h\"\n",
+    "#line 2787 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -24604,7 +25461,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2825 \"springls.h\"\n",
+    "#line 2831 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24619,7 +25476,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2846 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -24663,7 +25520,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2884 \"springls.h\"\n",
+    "#line 2890 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -24742,7 +25599,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2963 \"springls.h\"\n",
+    "#line 2969 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24757,7 +25614,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 2985 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -24824,7 +25681,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3046 \"springls.h\"\n",
+    "#line 3052 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24839,7 +25696,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3061 \"springls.h\"\n",
+    "#line 3067 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -24906,7 +25763,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3129 \"springls.h\"\n",
+    "#line 3135 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -25243,7 +26100,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3467 \"springls.h\"\n",
+    "#line 3473 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -25750,7 +26607,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3975 \"springls.h\"\n",
+    "#line 3981 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -25943,7 +26800,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4169 \"springls.h\"\n",
+    "#line 4175 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -25952,43 +26809,66 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "typedef struct springls__fit {\n",
-    "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
-    "    springls__v3 a0;                /* correspondences are summed relative to it */\n",
-    "    float normal_matrix[21];        /* lower triangle, row by row */\n",
-    "    float right[24];\n",
-    "    int count;\n",
-    "} springls__fit;\n",
+    "#line 4184 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4200 \"springls.h\"\n",
+    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
+    "typedef struct SPRINGLS__W(fit) {\n",
+    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
+    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
+    "    SPRINGLS__NUM right[24];\n",
+    "    SPRINGLS__NUM count;\n",
+    "} SPRINGLS__W(fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
+    "                                                             SPRINGLS__NUM3 a0)\n",
     "{\n",
-    "    springls__fit fit;\n",
+    "    SPRINGLS__W(fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
     "    fit.a0 = a0;\n",
-    "    fit.e1 = springls__any_tangent(n);\n",
-    "    fit.e2 = springls__cross(n, fit.e1);\n",
-    "    fit.count = 0;\n",
-    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;\n",
-    "    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;\n",
+    "    fit.e1 = e1;\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
+    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
     "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct springls__fit_equation {\n",
-    "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
-    "} springls__fit_equation;\n",
+    "typedef struct SPRINGLS__W(fit_equation) {\n",
+    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} SPRINGLS__W(fit_equation);\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,\n",
-    "                                                                 springls__v3 normal, springls__v3 a)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
     "{\n",
-    "    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
-    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
-    "    springls__fit_equation e;\n",
-    "    e.term[0] = 1.0f;\n",
-    "    e.term[1] = springls__dot(d, fit->e1);\n",
-    "    e.term[2] = springls__dot(d, fit->e2);\n",
+    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
+    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
+    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__W(fit_equation) e;\n",
+    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
     "    e.term[3] = e.term[1] * e.term[1];\n",
     "    e.term[4] = e.term[1] * e.term[2];\n",
     "    e.term[5] = e.term[2] * e.term[2];\n",
@@ -25996,127 +26876,459 @@ static const char *const springls__kernel_lines[] = {
     "    e.value[1] = a.x - fit->a0.x;\n",
     "    e.value[2] = a.y - fit->a0.y;\n",
     "    e.value[3] = a.z - fit->a0.z;\n",
-    "    e.weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);\n",
-    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) e.weight = 0.0f;\n",
+    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
     "    return e;\n",
     "}\n",
     "\n",
     "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
-    "   sheet. */\n",
-    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "   sheet: weight 0 changes nothing. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
+    "                                                      SPRINGLS__NUM3 a)\n",
     "{\n",
-    "    springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);\n",
+    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
+    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
     "    int i, j;\n",
-    "    if (!(e.weight > 0.0f)) return false;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        const float scaled = e.weight * e.term[i];\n",
+    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
     "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
     "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
     "    }\n",
-    "    fit->count++;\n",
-    "    return true;\n",
+    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return counts;\n",
     "}\n",
     "\n",
     "/* The fitted surface at the origin. */\n",
-    "typedef struct springls__fit_result {\n",
-    "    springls__v3 point, normal, a;\n",
-    "    int ok; /* 0: too few neighbors, or they lie on a line */\n",
-    "} springls__fit_result;\n",
+    "typedef struct SPRINGLS__W(fit_result) {\n",
+    "    SPRINGLS__NUM3 point, normal, a;\n",
+    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
+    "} SPRINGLS__W(fit_result);\n",
     "\n",
-    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; 0 when it is close to singular. */\n",
-    "SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, float l[21])\n",
+    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
     "{\n",
+    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
     "    int i, j, k;\n",
     "    for (i = 0; i < terms; i++) {\n",
     "        for (j = 0; j <= i; j++) {\n",
-    "            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
+    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
     "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
     "            if (i == j) {\n",
-    "                if (!(sum > 1e-5f * fit->normal_matrix[0])) return 0; /* coordinates are at most 1 */\n",
-    "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
+    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
+    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
+    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
     "            } else {\n",
     "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
     "            }\n",
     "        }\n",
     "    }\n",
-    "    return terms > 0;\n",
+    "    return ok;\n",
     "}\n",
     "\n",
     "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
-    "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
     "{\n",
     "    int i, k;\n",
     "    for (i = 0; i < terms; i++) {\n",
-    "        float sum = x[i];\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
     "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
     "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
     "    }\n",
     "    for (i = terms - 1; i >= 0; i--) {\n",
-    "        float sum = x[i];\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
     "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
     "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
     "    }\n",
     "}\n",
     "\n",
     "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
-    "typedef struct springls__fit_solution {\n",
-    "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
-    "    int terms; /* 0: there are none */\n",
-    "} springls__fit_solution;\n",
+    "typedef struct SPRINGLS__W(fit_solution) {\n",
+    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
+    "    int terms;\n",
+    "    SPRINGLS__COND ok; /* false: there are none */\n",
+    "} SPRINGLS__W(fit_solution);\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
     "{\n",
-    "    springls__fit_solution s;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
     "    int i, v;\n",
-    "    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;\n",
+    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
+    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
     "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++) s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;\n",
-    "        springls__fit_substitute(s.l, s.terms, s.x[v]);\n",
+    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
+    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
+    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
     "    }\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Solves for the first `terms` coefficients; not ok when there are none, or the matrix is close to singular. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
     "{\n",
-    "    springls__fit_solution s = springls__fit_coefficients(&fit, terms);\n",
-    "    springls__fit_result result;\n",
-    "    result.ok = s.terms > 0;\n",
-    "    result.point = fit.origin;\n",
-    "    result.normal = fit.n;\n",
-    "    result.a = fit.a0;\n",
-    "    if (!result.ok) return result;\n",
-    "    result.point = springls__mad(fit.origin, fit.n, s.x[0][0] * SPRINGLS__FIT_RADIUS);\n",
-    "    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, s.x[0][1])),\n",
-    "                                                      springls__scale(fit.e2, s.x[0][2])));\n",
-    "    result.a = springls__add(fit.a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));\n",
-    "    return result;\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
+    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
     "}\n",
     "\n",
-    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
-    "SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }\n",
+    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
+    "   matrix is not close to singular. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
+    "                                              SPRINGLS__W(fit_result) *result)\n",
+    "{\n",
+    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    SPRINGLS__NUM3 normal;\n",
+    "    SPRINGLS__COND good;\n",
+    "    if (!SPRINGLS__W(any)(due)) return;\n",
+    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
+    "    good = due & s.ok;\n",
+    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
+    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
+    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
+    "                                         result->point);\n",
+    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
+    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
+    "                                     result->a);\n",
+    "    result->ok = result->ok | good;\n",
+    "}\n",
     "\n",
     "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
     "   not ok with fewer. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
     "{\n",
-    "    springls__fit_result result = springls__fit_solve(fit, springls__fit_terms(fit.count));\n",
-    "    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;\n",
+    "    SPRINGLS__W(fit_result) result;\n",
+    "    result.ok = fit->count < 0.0f;\n",
+    "    result.point = fit->origin;\n",
+    "    result.normal = fit->n;\n",
+    "    result.a = fit->a0;\n",
+    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
+    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
+    "    return result;\n",
     "}\n",
     "\n",
     "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
     "   there. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
     "{\n",
-    "    springls__fit_result result = springls__fit_highest(fit);\n",
-    "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
-    "    if (u * u + v * v > w * w) {\n",
-    "        result.point = fit.origin;\n",
-    "        result.normal = fit.n;\n",
-    "    }\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
+    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
+    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
+    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
+    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
     "    return result;\n",
     "}\n",
-    "#line 4343 \"springls.h\"\n",
+    "\n",
+    "/* The box of the correspondences that a fit has taken. */\n",
+    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
+    "{\n",
+    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
+    "    SPRINGLS__W(fit_box) box;\n",
+    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
+    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
+    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
+    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
+    "}\n",
+    "\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
+    "   further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
+    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
+    "{\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
+    "    SPRINGLS__NUM off2, facing;\n",
+    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
+    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
+    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
+    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
+    "    return result;\n",
+    "}\n",
+    "#line 4440 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4455 \"springls.h\"\n",
+    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
+    "\n",
+    "typedef struct SPRINGLS__W(fit) {\n",
+    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
+    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
+    "    SPRINGLS__NUM right[24];\n",
+    "    SPRINGLS__NUM count;\n",
+    "} SPRINGLS__W(fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
+    "                                                             SPRINGLS__NUM3 a0)\n",
+    "{\n",
+    "    SPRINGLS__W(fit) fit;\n",
+    "    int i;\n",
+    "    fit.origin = origin;\n",
+    "    fit.n = n;\n",
+    "    fit.a0 = a0;\n",
+    "    fit.e1 = e1;\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
+    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    return fit;\n",
+    "}\n",
+    "\n",
+    "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "typedef struct SPRINGLS__W(fit_equation) {\n",
+    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} SPRINGLS__W(fit_equation);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
+    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
+    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__W(fit_equation) e;\n",
+    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    e.term[3] = e.term[1] * e.term[1];\n",
+    "    e.term[4] = e.term[1] * e.term[2];\n",
+    "    e.term[5] = e.term[2] * e.term[2];\n",
+    "    e.value[0] = h;\n",
+    "    e.value[1] = a.x - fit->a0.x;\n",
+    "    e.value[2] = a.y - fit->a0.y;\n",
+    "    e.value[3] = a.z - fit->a0.z;\n",
+    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return e;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet: weight 0 changes nothing. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
+    "                                                      SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
+    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
+    "    int i, j;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
+    "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
+    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
+    "    }\n",
+    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return counts;\n",
+    "}\n",
+    "\n",
+    "/* The fitted surface at the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_result) {\n",
+    "    SPRINGLS__NUM3 point, normal, a;\n",
+    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
+    "} SPRINGLS__W(fit_result);\n",
+    "\n",
+    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
+    "{\n",
+    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
+    "    int i, j, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        for (j = 0; j <= i; j++) {\n",
+    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
+    "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
+    "            if (i == j) {\n",
+    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
+    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
+    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
+    "            } else {\n",
+    "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    return ok;\n",
+    "}\n",
+    "\n",
+    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
+    "{\n",
+    "    int i, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
+    "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "    for (i = terms - 1; i >= 0; i--) {\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
+    "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
+    "typedef struct SPRINGLS__W(fit_solution) {\n",
+    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
+    "    int terms;\n",
+    "    SPRINGLS__COND ok; /* false: there are none */\n",
+    "} SPRINGLS__W(fit_solution);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    int i, v;\n",
+    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
+    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
+    "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
+    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
+    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
+    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
+    "    }\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
+    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
+    "}\n",
+    "\n",
+    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
+    "   matrix is not close to singular. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
+    "                                              SPRINGLS__W(fit_result) *result)\n",
+    "{\n",
+    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    SPRINGLS__NUM3 normal;\n",
+    "    SPRINGLS__COND good;\n",
+    "    if (!SPRINGLS__W(any)(due)) return;\n",
+    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
+    "    good = due & s.ok;\n",
+    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
+    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
+    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
+    "                                         result->point);\n",
+    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
+    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
+    "                                     result->a);\n",
+    "    result->ok = result->ok | good;\n",
+    "}\n",
+    "\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_result) result;\n",
+    "    result.ok = fit->count < 0.0f;\n",
+    "    result.point = fit->origin;\n",
+    "    result.normal = fit->n;\n",
+    "    result.a = fit->a0;\n",
+    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
+    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
+    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
+    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
+    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
+    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* The box of the correspondences that a fit has taken. */\n",
+    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
+    "{\n",
+    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
+    "    SPRINGLS__W(fit_box) box;\n",
+    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
+    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
+    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
+    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
+    "}\n",
+    "\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
+    "   further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
+    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
+    "{\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
+    "    SPRINGLS__NUM off2, facing;\n",
+    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
+    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
+    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
+    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
+    "    return result;\n",
+    "}\n",
+    "#line 4695 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
+    "{\n",
+    "    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);\n",
+    "}\n",
+    "\n",
+    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
+    "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
+    "#line 4705 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -26211,7 +27423,7 @@ static const char *const springls__kernel_lines[] = {
     "    sums = springls__sum_residuals(model, &span, known);\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;\n",
     "    springls__fit_substitute(span.solution.l, span.solution.terms, unit);\n",
-    "    spare = springls__imax(span.fit.count - span.solution.terms, 1);\n",
+    "    spare = springls__imax((int)span.fit.count - span.solution.terms, 1);\n",
     "    variance = standard_errors * standard_errors * unit[0] / (float)spare;\n",
     "    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);\n",
     "    height = span.solution.x[0][0] * thinner;\n",
@@ -26235,7 +27447,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4463 \"springls.h\"\n",
+    "#line 4825 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -26385,7 +27597,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4613 \"springls.h\"\n",
+    "#line 4975 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26400,7 +27612,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4629 \"springls.h\"\n",
+    "#line 4991 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -26731,7 +27943,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4960 \"springls.h\"\n",
+    "#line 5322 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26746,7 +27958,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4975 \"springls.h\"\n",
+    "#line 5337 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -27077,7 +28289,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5306 \"springls.h\"\n",
+    "#line 5668 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -27094,7 +28306,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5866 \"springls.h\"\n",
+    "#line 6262 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -27120,7 +28332,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5893 \"springls.h\"\n",
+    "#line 6289 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -27206,7 +28418,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5980 \"springls.h\"\n",
+    "#line 6376 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -27220,23 +28432,31 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
     "}\n",
     "\n",
+    "/* Returns how far a triangle may be that could be nearer than the one at squared distance best2, or as near: more by all rounding\n",
+    "   errors, at most `radius`. */\n",
+    "SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)\n",
+    "{\n",
+    "    return springls__min(springls__sqrt(best2) + 1e-3f, radius);\n",
+    "}\n",
+    "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if\n",
     "   there is none. */\n",
     "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
+    "    float best = radius * radius, limit = radius;\n",
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float d2, within = radius + s->bounding_radius;\n",
+    "        float d2, within = limit + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        if (springls__dot(plan.n, n) < 0.0f) continue;\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
+    "            limit = springls__nearest_limit(best, radius);\n",
     "            nearest = i;\n",
     "        }\n",
     "    }\n",
@@ -27338,7 +28558,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6113 \"springls.h\"\n",
+    "#line 6517 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -27438,7 +28658,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6214 \"springls.h\"\n",
+    "#line 6618 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -27659,7 +28879,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6840 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -27689,7 +28909,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6466 \"springls.h\"\n",
+    "#line 6870 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27704,7 +28924,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6482 \"springls.h\"\n",
+    "#line 6886 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27873,7 +29093,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6651 \"springls.h\"\n",
+    "#line 7055 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27888,7 +29108,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6666 \"springls.h\"\n",
+    "#line 7070 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -28057,7 +29277,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6835 \"springls.h\"\n",
+    "#line 7239 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -28104,7 +29324,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6883 \"springls.h\"\n",
+    "#line 7287 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -28119,7 +29339,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6898 \"springls.h\"\n",
+    "#line 7302 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28134,7 +29354,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6914 \"springls.h\"\n",
+    "#line 7318 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -28145,7 +29365,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6925 \"springls.h\"\n",
+    "#line 7329 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28160,7 +29380,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6940 \"springls.h\"\n",
+    "#line 7344 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -28171,7 +29391,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6951 \"springls.h\"\n",
+    "#line 7355 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -28290,7 +29510,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7071 \"springls.h\"\n",
+    "#line 7475 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -28605,8 +29825,8 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_highest(fit);\n",
-    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;\n",
+    "    result = springls__fit_highest(&fit);\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;\n",
     "    return result;\n",
     "}\n",
     "\n",
@@ -28618,7 +29838,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);\n",
     "    for (side = 0; side < sides.count; side++) {\n",
     "        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);\n",
-    "        good += fit[side].ok != 0;\n",
+    "        good += fit[side].ok;\n",
     "    }\n",
     "    return good;\n",
     "}\n",
@@ -28660,7 +29880,7 @@ static const char *const springls__kernel_lines[] = {
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
     "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
-    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;\n",
+    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
     "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
     "    }\n",
@@ -28681,7 +29901,7 @@ static const char *const springls__kernel_lines[] = {
     "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
     "    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
-    "    return result->ok != 0;\n",
+    "    return result->ok;\n",
     "}\n",
     "\n",
     "/* Returns the mean distance of x over one side, and the middle of that side. */\n",
@@ -28843,7 +30063,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7625 \"springls.h\"\n",
+    "#line 8029 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -28921,28 +30141,18 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
+    "    springls__fit_box box = springls__fit_box_begin();\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    springls__fit_result result;\n",
-    "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
     "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
     "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
-    "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
+    "        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
     "    }\n",
-    "    result = springls__fit_end(fit);\n",
-    "    if (!result.ok) return result;\n",
-    "    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */\n",
-    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
-    "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
-    "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
-    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
-    "    return result;\n",
+    "    return springls__fit_end_in_box(&fit, &box);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28950,7 +30160,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7733 \"springls.h\"\n",
+    "#line 8127 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -29074,7 +30284,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7858 \"springls.h\"\n",
+    "#line 8252 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -29294,7 +30504,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8079 \"springls.h\"\n",
+    "#line 8473 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -29370,7 +30580,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8156 \"springls.h\"\n",
+    "#line 8550 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -29512,7 +30722,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8299 \"springls.h\"\n",
+    "#line 8693 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -29701,7 +30911,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8489 \"springls.h\"\n",
+    "#line 8883 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -29828,7 +31038,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8617 \"springls.h\"\n",
+    "#line 9011 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -29861,7 +31071,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 8651 \"springls.h\"\n",
+    "#line 9045 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -30262,6 +31472,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* What has_opposed has of a brick that is asleep, in which nothing is found. */\n",
+    "#define SPRINGLS__OPPOSED_ASLEEP 2\n",
+    "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
     "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
@@ -30279,7 +31492,10 @@ static const char *const springls__kernel_lines[] = {
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
+    "    if (model->group.item == 0) {\n",
+    "        *side_unknown = 0;\n",
+    "        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;\n",
+    "    }\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    SPRINGLS__BARRIER; /* both are cleared before an item sets one */\n",
     "    near_by = springls__near_brick(model, o);\n",
@@ -30341,7 +31557,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9132 \"springls.h\"\n",
+    "#line 9532 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -30493,7 +31709,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9285 \"springls.h\"\n",
+    "#line 9685 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -30577,7 +31793,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9370 \"springls.h\"\n",
+    "#line 9770 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -30674,7 +31890,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9468 \"springls.h\"\n",
+    "#line 9868 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -30774,12 +31990,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__part_add(part, at);\n",
     "}\n",
     "\n",
-    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
-    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than\n",
+    "   `largest`. */\n",
+    "SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)\n",
     "{\n",
-    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    bool inside;\n",
     "    int i, d, from[3], to[3];\n",
-    "    springls__part_begin(part, at);\n",
+    "    springls__part_place(part, 0, from);\n",
+    "    inside = springls__phi_of(g, from) < 0.0f;\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
@@ -30788,6 +32006,29 @@ static const char *const springls__kernel_lines[] = {
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
     "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    springls__part_begin(part, at);\n",
+    "    return springls__part_grow(g, largest, part);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, to[3], word;\n",
+    "    uint32_t bit;\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
+    "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
+    "        springls__part_begin(&part, to);\n",
+    "        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
     "\n",
     "/* ---- joining ---- */\n",
@@ -30968,7 +32209,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble\n",
+    "   is left behind it. */\n",
     "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    springls__joint here, there;\n",
@@ -30983,7 +32225,7 @@ static const char *const springls__kernel_lines[] = {
     "        there.phi = springls__phi_of(g, there.at);\n",
     "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
     "    }\n",
-    "    return true;\n",
+    "    return !springls__is_mouth(g, at);\n",
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
@@ -31142,7 +32384,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9937 \"springls.h\"\n",
+    "#line 10363 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -31218,7 +32460,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10014 \"springls.h\"\n",
+    "#line 10440 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -31454,7 +32696,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10251 \"springls.h\"\n",
+    "#line 10677 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -31487,7 +32729,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10285 \"springls.h\"\n",
+    "#line 10711 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -31512,7 +32754,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10311 \"springls.h\"\n",
+    "#line 10737 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -31762,7 +33004,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10562 \"springls.h\"\n",
+    "#line 10988 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -31862,7 +33104,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 31866 \"springls.h\"\n",
+    "#line 33108 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -31901,7 +33143,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
     "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
@@ -31911,7 +33153,7 @@ static const char *const springls__kernel_lines[] = {
     "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->work.counts[i] = sum;\n",
+    "    model->work.counts[args.chunk.place + i] = sum;\n",
     "}\n",
     "\n",
     "/* Replaces each number of chunk i by the sum of those before it. */\n",
@@ -31962,8 +33204,8 @@ static const char *const springls__kernel_lines[] = {
     "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
     "        more += model->work.sums[2 * k + 1];\n",
     "    }\n",
-    "    ((__global float *)model->work.counts)[i] = largest;\n",
-    "    model->work.counts[i + 1] = more;\n",
+    "    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;\n",
+    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
