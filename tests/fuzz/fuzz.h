@@ -52,7 +52,8 @@ FIXTURE float fuzz_between(fuzz_bytes *b, float low, float high)
 /* Returns a number in [low, high], or one of those that go wrong: one time in sixteen. */
 FIXTURE float fuzz_float(fuzz_bytes *b, float low, float high)
 {
-    static const float odd[] = { 0.0f, -0.0f, 1.0f, -1.0f, 0.5f, 1e-6f, -1e-6f, FLT_MIN, 1e-45f, 1e6f, -1e6f, 1e12f, FLT_MAX, -FLT_MAX };
+    static const float odd[] = { 0.0f, -0.0f, 1.0f, -1.0f, 0.5f, 1e-6f, -1e-6f, FLT_MIN, 1e-45f, 1e6f, -1e6f, 1e12f, FLT_MAX,
+                                 -FLT_MAX };
     unsigned kind = fuzz_byte(b);
     if (kind >= 16) return fuzz_between(b, low, high);
     if (kind == 14) return (float)HUGE_VAL;
@@ -123,8 +124,7 @@ FIXTURE void fuzz_check_snapshot(springls_context *ctx)
     copy = malloc(size);
     FUZZ_CHECK(bytes && copy && springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, bytes, size, &size) == SPRINGLS_OK);
     FUZZ_CHECK(springls_create(&desc, &other) == SPRINGLS_OK);
-    if (springls_restore(other, bytes, size) != SPRINGLS_OK) fprintf(stderr, "restore: %s\n", springls_last_error(other));
-    FUZZ_CHECK(strcmp(springls_last_error(other), "") == 0);
+    FUZZ_CHECK(springls_restore(other, bytes, size) == SPRINGLS_OK);
     FUZZ_CHECK(springls_state_hash(ctx) == springls_state_hash(other));
     FUZZ_CHECK(springls_snapshot(other, SPRINGLS_SNAPSHOT_KIND_ALL, copy, size, &again) == SPRINGLS_OK);
     FUZZ_CHECK(again == size && memcmp(bytes, copy, size) == 0);

@@ -90,7 +90,10 @@ static springls_status set_springls(bench *t)
     float *copy = (float *)malloc(((size_t)n * 9 + 9) * sizeof *copy);
     springls_status status;
     for (i = 0; i < n; i++) memcpy(copy + 9 * i, (const char *)vertices.data + (size_t)i * vertices.stride, 9 * sizeof *copy);
-    for (k = 0; n && k < MOST_CHANGES; k++) copy[fuzz_word(&t->b) % ((uint32_t)n * 9u)] = fuzz_float(&t->b, -2.0f, (float)MOST_SIDE);
+    for (k = 0; n && k < MOST_CHANGES; k++) {
+        uint32_t at = fuzz_word(&t->b) % ((uint32_t)n * 9u);
+        copy[at] = fuzz_float(&t->b, -2.0f, (float)MOST_SIDE);
+    }
     status = springls_set_springls(t->ctx, copy, NULL, NULL, n - fuzz_choice(&t->b, 2));
     free(copy);
     return status;
@@ -163,7 +166,7 @@ static springls_status move(bench *t)
     case 2: return springls_max_speed(t->ctx, &forces, fuzz_float(&t->b, 0.0f, 1.0f), &speed);
     case 3:
         status = springls_step_begin(t->ctx, &step);
-        pieces = fuzz_byte(&t->b);
+        pieces = fuzz_choice(&t->b, 256);
         for (k = 0; k < pieces && status == SPRINGLS_OK && !done; k++) status = springls_step_continue(t->ctx, 0.0, &done);
         return status;
     default: return springls_step(t->ctx, &step);
@@ -184,9 +187,10 @@ static springls_status stage(bench *t)
 /* Changes words of the parameters: every member is one. Numbers of iterations stay small. */
 static springls_status set_params(bench *t)
 {
-    springls_params params = fuzz_choice(&t->b, 2) ? springls_get_params(t->ctx) : fuzz_choice(&t->b, 2) ? springls_paper_params()
-                                                                                                         : springls_default_params();
-    int k, changes = fuzz_choice(&t->b, MOST_CHANGES);
+    springls_params params = springls_get_params(t->ctx);
+    int k, from = fuzz_choice(&t->b, 4), changes = fuzz_choice(&t->b, MOST_CHANGES);
+    if (from == 2) params = springls_default_params();
+    if (from == 3) params = springls_paper_params();
     for (k = 0; k < changes; k++) {
         size_t at = 4 * (size_t)fuzz_choice(&t->b, (int)(sizeof params / 4));
         float number = fuzz_float(&t->b, -1.0f, 8.0f);
@@ -290,7 +294,8 @@ static springls_status query(bench *t)
     case 3: return springls_component_of(t->ctx, points, count, ids);
     case 4: {
         springls_status status = springls_closest(t->ctx, surface, points, count, hits);
-        for (i = 0; status == SPRINGLS_OK && i < count; i++) FUZZ_CHECK(hits[i].springl < springls_count(t->ctx) && hits[i].distance >= 0.0f);
+        for (i = 0; status == SPRINGLS_OK && i < count; i++)
+            FUZZ_CHECK(hits[i].springl < springls_count(t->ctx) && hits[i].distance >= 0.0f);
         return status;
     }
     default: {
@@ -362,7 +367,7 @@ static springls_status read_out(bench *t)
     default: status = springls_springl_errors(t->ctx, (springls_error_estimate *)memory); break;
     }
     if (status == SPRINGLS_OK && mesh.vertex_count) {
-        void *places = malloc((size_t)mesh.vertex_count * sizeof(springls_material) + (size_t)mesh.triangle_count * 3 * sizeof(springls_material));
+        void *places = malloc((size_t)mesh.vertex_count * sizeof(springls_material));
         fuzz_check_status(t->ctx, springls_mesh_materials(t->ctx, &mesh, (springls_material *)places));
         fuzz_check_status(t->ctx, springls_mesh_errors(t->ctx, &mesh, (springls_error_estimate *)places));
         free(places);
@@ -391,7 +396,7 @@ static bool begin(bench *t)
     desc.follow = fuzz_choice(&t->b, 4) == 0;
     if (!desc.follow) desc.grid.size[1] -= fuzz_choice(&t->b, 4);
     if (fuzz_choice(&t->b, 8) == 0) desc.grid.spacing[0] = desc.grid.spacing[1] = desc.grid.spacing[2] = 0.5;
-    desc.max_springls = fuzz_choice(&t->b, 4) ? 20000 : fuzz_byte(&t->b);
+    desc.max_springls = fuzz_choice(&t->b, 4) ? 20000 : fuzz_choice(&t->b, 256);
     desc.progress.report = count_report;
     desc.progress.user = t;
     if (fuzz_choice(&t->b, 2)) desc.tasks = fixture_tasks(&t->workers, 3, 0);
@@ -402,7 +407,8 @@ static bool begin(bench *t)
     if (springls_create(&desc, &t->other) != SPRINGLS_OK) return false;
     desc.allocator = fixture_allocator(&t->heap);
     if (springls_create(&desc, &t->ctx) != SPRINGLS_OK) return false;
-    ball = fixture_ball(0.5f * (float)t->grid.size[0], 0.5f * (float)t->grid.size[1], 0.5f * (float)t->grid.size[2], fuzz_between(&t->b, 1.0f, 6.0f));
+    ball = fixture_ball(0.5f * (float)t->grid.size[0], 0.5f * (float)t->grid.size[1], 0.5f * (float)t->grid.size[2],
+                        fuzz_between(&t->b, 1.0f, 6.0f));
     fuzz_check_status(t->ctx, springls_set_implicit(t->ctx, springls_implicit_sphere, &ball));
     return true;
 }
@@ -423,7 +429,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         springls_status status;
         t.reports_left = fuzz_choice(&t.b, 8) ? 1 << 20 : fuzz_choice(&t.b, 4);
         t.memory_fails = fuzz_choice(&t.b, 8) == 0;
-        t.heap.fail_at = t.memory_fails ? t.heap.calls + fuzz_byte(&t.b) / 4 : -1;
+        t.heap.fail_at = t.memory_fails ? t.heap.calls + fuzz_choice(&t.b, 64) : -1;
         status = calls[fuzz_choice(&t.b, (int)(sizeof calls / sizeof *calls))](&t);
         fuzz_check_status(t.ctx, status);
         FUZZ_CHECK(t.memory_fails || status != SPRINGLS_OUT_OF_MEMORY || strstr(springls_last_error(t.ctx), "more than"));

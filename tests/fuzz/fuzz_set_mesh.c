@@ -6,7 +6,8 @@ enum { MOST_POINTS = 64, MOST_TRIANGLES = 128 };
 /* Writes the triangles of a box whose corners come from the input, so that closed meshes are frequent. */
 static int box_triangles(int first, int *triangles)
 {
-    static const uint8_t corners[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    static const uint8_t corners[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
     int i;
     for (i = 0; i < 36; i++) triangles[i] = first + corners[i];
     return 12;

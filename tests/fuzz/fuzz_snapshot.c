@@ -34,7 +34,8 @@ static void make_original(int which, original *out)
 static void seal(uint8_t *bytes, size_t size)
 {
     springls__coder c = springls__writer((char *)bytes + 16);
-    uint64_t length = size, sum = springls__checksum(length, (char *)bytes + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false);
+    uint64_t length = size, sum;
+    sum = springls__checksum(length, (char *)bytes + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false);
     SPRINGLS__CODE(&c, length);
     SPRINGLS__CODE(&c, sum);
 }

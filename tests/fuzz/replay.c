@@ -1,5 +1,5 @@
-/* replay.c - a fuzzer as a test: runs its seeds, and random inputs that are the same everywhere. What does not hold ends the program.
-   FUZZ_NAME: the fuzzer. Arguments that are files are run instead. */
+/* replay.c - a fuzzer as a test: runs its seeds, and random inputs that are the same everywhere. What does not hold ends the
+   program. FUZZ_NAME: the fuzzer. Arguments that are files are run instead. */
 #define _POSIX_C_SOURCE 200809L
 #include "fuzz.h"
 #include <dirent.h>
@@ -17,7 +17,6 @@ static int run_file(const char *path)
     if (!file || !bytes) return 0;
     size = fread(bytes, 1, LONGEST, file);
     fclose(file);
-    fprintf(stderr, "%s\n", path);
     LLVMFuzzerTestOneInput(bytes, size);
     free(bytes);
     return 1;
