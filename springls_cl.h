@@ -455,29 +455,44 @@ SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context
 }
 
 /* Flags bricks by the kernel `mark` over `count` elements, and with `keep` the active ones; counts the bricks to drop, to add,
-   and active then. */
+   active then, and those that the top table has no room for. */
 SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, springls__collective mark, int count, bool keep,
-                                                      const springls__arguments *chunks, uint32_t counts[3])
+                                                      const springls__arguments *chunks, uint32_t counts[4])
 {
     springls__arguments args;
     args.brick_flag.keep = keep;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_FLAG)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 4, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, chunks->chunk.count, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, chunks));
-    return springls__cl_counted(ctx, 3, counts);
+    return springls__cl_counted(ctx, 4, counts);
+}
+
+/* Makes the top table have all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
+SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
+    SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
+    if (!ctx->on_device) return SPRINGLS_DEVICE_FAILED; /* it has fallen back to the host */
+    return springls__table_cover(ctx, springls__box_of_model(&ctx->model, true));
 }
 
 /* Makes the flagged bricks the active ones. */
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__brick_count(g), 0), args;
-    uint32_t counts[3];
+    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0), args;
+    uint32_t counts[4];
     int dropped, added;
     SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
+    if (counts[3] > 0) {
+        SPRINGLS__TRY(springls__cl_widen_table(ctx));
+        chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0);
+        SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
+    }
     dropped = (int)counts[0];
     added = (int)counts[1];
     if (dropped + added == 0) return SPRINGLS_OK;
@@ -520,7 +535,7 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
                                                     SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
     const springls__grid *g = &ctx->model.grid;
     const uint64_t writes = SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
-    size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
+    size_t bricks = springls__entry_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
     int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));

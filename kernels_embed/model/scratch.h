@@ -51,7 +51,7 @@
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
-    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \
+    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
     X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
     X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
     /* the isosurface */                                                                                                         \
@@ -77,7 +77,7 @@
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
     X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
     /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
-    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \
+    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \

@@ -88,7 +88,7 @@ typedef enum springls__late_count {
 } springls__late_count;
 
 /* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
-enum { SPRINGLS__OWN_COUNTS = 3, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
 
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
@@ -178,6 +178,7 @@ typedef struct springls__motion {
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
+    springls__table table;
     int active_count, free_count, slot_count, some_asleep;
     float lag, away;
     bool opposed, in_use;

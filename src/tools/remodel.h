@@ -153,7 +153,8 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job, &job->zero_level,
+                                              64.0f + springls__fabs(job->offset)));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
