@@ -9114,7 +9114,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
             a = fit.a;
         }
     }
-    model->set.s[n] = s;
+    model->set.s[n] = springls__springl_finished(s);
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);
     model->set.synced_position[n] = s.p;
@@ -24344,7 +24344,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
-    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
+    if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -31622,7 +31623,7 @@ static const char *const springls__kernel_lines[] = {
     "            a = fit.a;\n",
     "        }\n",
     "    }\n",
-    "    model->set.s[n] = s;\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
@@ -33693,7 +33694,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33697 \"springls.h\"\n",
+    "#line 33698 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34953,7 +34954,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
         for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
@@ -35023,6 +35024,7 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+        *s = springls__springl_finished(*s);
     }
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
