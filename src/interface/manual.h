@@ -449,7 +449,7 @@
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
-     - springls_combine takes models in different windows of one lattice.
+     - springls_combine takes models in different windows of one lattice; a union has to fit in one window.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
    size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
