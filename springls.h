@@ -568,7 +568,7 @@
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
-     - springls_combine takes models in different windows of one lattice.
+     - springls_combine takes models in different windows of one lattice; a union has to fit in one window.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
    size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
@@ -1073,7 +1073,7 @@ typedef struct springls_desc {
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
                                       springls_combine fail, springls_set_mesh takes any number of triangles, but
-                                      divides no more when there are so many. 0: 64 million                         */
+                                      divides no more when there are so many. 0: 64,000,000                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -1655,12 +1655,13 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+/* Finds the closest place of the surface to each point, at any distance: beyond 10^7 voxels one that is the closest as far as a float
+   resolves the distance. Distances are at most FLT_MAX. A model without springls has none. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
                                               springls_hit *out);
 
 /* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
-   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost however far a ray begins. A ray from outside to a place inside the
    watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
@@ -1802,7 +1803,8 @@ typedef enum springls_operation {
 
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
    - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
-     middle of both; what lies beyond it is cut off. Correspondences keep their voxel coordinates.
+     middle of both. INVALID_ARGUMENT, and nothing has changed: it is a union, and the particles of both do not lie in one window.
+     Correspondences keep their voxel coordinates.
    - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
      the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
    - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
@@ -6097,9 +6099,9 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 /* Fails when a number is negative or not finite. */
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
-    if (x >= 0.0 && x < (double)FLT_MAX) return SPRINGLS_OK;
+    if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
-                          x < 0.0 && x > -(double)FLT_MAX ? "negative" : "not finite");
+                          x < 0.0 && x >= -(double)FLT_MAX ? "negative" : "not finite");
 }
 
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
@@ -12564,7 +12566,8 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
-                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
+                return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
+                                   : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
     }
     det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
@@ -12710,15 +12713,21 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
 }
 
 /* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+SPRINGLS__FN springls__v3 springls__place_to_model(const springls_context *ctx, const double world[3])
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
     int k;
     for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->window.to_world[4 * k + 3]);
+        v[k] = s * (world[k] - ctx->window.to_world[4 * k + 3]);
         v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
     }
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    const double x[3] = { (double)world[0], (double)world[1], (double)world[2] };
+    return springls__place_to_model(ctx, x);
 }
 
 SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3])
@@ -13263,8 +13272,8 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (!(lower[k] >= -FLT_MAX && lower[k] <= FLT_MAX && upper[k] >= -FLT_MAX && upper[k] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower or region_upper of the forces is not finite");
         if (lower[k] > upper[k])
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
@@ -13307,7 +13316,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+    if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
@@ -13515,7 +13524,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     }
     springls__displaced(motion);
     if (motion->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN, or would move a springl by 1e9 voxels or more, at time %g",
+                              (double)motion->time);
     if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
@@ -13543,22 +13553,24 @@ SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, co
     return springls__displace_all(motion);
 }
 
-/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. */
-SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, float *speed)
+/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. call: for the message of a failure. */
+SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, const char *call, float *speed)
 {
     springls__motion *motion = &ctx->motion;
     springls__displaced(motion);
-    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: a force is NaN, or a speed is 1e9 voxels a unit of time or more", call);
     *speed = motion->moved;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const char *call, const springls_forces *forces, float time,
+                                                 float *speed)
 {
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
     springls__finish_loop(ctx);
-    return springls__max_speed_end(ctx, speed);
+    return springls__max_speed_end(ctx, call, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
@@ -17574,7 +17586,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
-    SPRINGLS__TRY(springls__max_speed_end(ctx, &speed));
+    SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
@@ -17888,7 +17900,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
+    return springls__max_speed(ctx, "max_speed", forces, time, speed);
 }
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
@@ -18209,7 +18221,7 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
-    if (desc->max_springls < 0) return "max_springls is negative: it may be 0, for 64 million, to 2147483647";
+    if (desc->max_springls < 0) return "max_springls is negative: it may be 1 to 2147483647, or 0 for the default of 64000000";
     if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
     if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
@@ -20280,7 +20292,7 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
             || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels", i);
     return SPRINGLS_OK;
 }
 
@@ -20364,7 +20376,7 @@ SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, cons
     size_t i, n = points ? (size_t)count * (size_t)each : 0;
     for (i = 0; i < n; i++)
         if (!springls__valid_point(points + 3 * i))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels",
                                   first + (int)(i / (size_t)each));
     return SPRINGLS_OK;
 }
@@ -22454,9 +22466,75 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
     springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
 }
 
+/* ---- far away ---- */
+
+/* Finds the middle of the grid in the world. Returns the radius of the ball around it that holds the grid, world units. */
+SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double middle[3])
+{
+    const int *size = ctx->model.grid.size;
+    const double *m = ctx->window.to_world;
+    double radius = 0.0;
+    int k;
+    springls__transform(m, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1), middle);
+    for (k = 0; k < 3; k++) /* half the sum of the edges exceeds half the diagonal */
+        radius += 0.5 * (size[k] + 2) * sqrt(m[k] * m[k] + m[4 + k] * m[4 + k] + m[8 + k] * m[8 + k]);
+    return radius;
+}
+
+/* Writes to `near` a query point; or one in its direction from the grid, 10^7 voxels away, where it is further: the closest place is
+   the same within what a float resolves of the distance. Returns how much nearer that is, world units. */
+SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
+{
+    const double furthest = 1e7 * (double)ctx->smallest_spacing;
+    double middle[3], d[3], length;
+    int k;
+    springls__grid_ball(ctx, middle);
+    for (k = 0; k < 3; k++) d[k] = (double)world[k] - middle[k];
+    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (k = 0; k < 3; k++) near_point[k] = length > furthest ? (float)(middle[k] + d[k] * (furthest / length)) : world[k];
+    return length > furthest ? length - furthest : 0.0;
+}
+
+/* Returns the sum of a distance and what was left out of it, as far as a float goes. */
+SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
+{
+    return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
+}
+
+/* Writes where a ray begins; or, where that is more than 10^4 voxels before the grid, where it comes near the grid. That point is found
+   from the ray's moment about the world's origin, of which the products of floats are exact in double: no digit is lost however far
+   the ray begins. The direction must not be zero. Returns how much later the ray begins there, world units. */
+SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
+{
+    const double far_away = 1e4 * (double)ctx->smallest_spacing;
+    double middle[3], o[3], d[3], moment[3], length2 = 0.0, along = 0.0, before = 0.0, radius = springls__grid_ball(ctx, middle);
+    int k;
+    for (k = 0; k < 3; k++) {
+        from[k] = o[k] = (double)origin[k];
+        d[k] = (double)direction[k];
+        length2 += d[k] * d[k];
+    }
+    for (k = 0; k < 3; k++) moment[k] = o[(k + 1) % 3] * d[(k + 2) % 3] - o[(k + 2) % 3] * d[(k + 1) % 3];
+    for (k = 0; k < 3; k++) {
+        along += d[k] * middle[k] / sqrt(length2);
+        before -= d[k] * o[k] / sqrt(length2);
+    }
+    if (!(along + before - radius > far_away)) return 0.0;
+    for (k = 0; k < 3; k++)
+        from[k] = (d[(k + 1) % 3] * moment[(k + 2) % 3] - d[(k + 2) % 3] * moment[(k + 1) % 3]) / length2
+                + (along - radius) * d[k] / sqrt(length2);
+    return along + before - radius;
+}
+
+/* Returns how far a ray may go on after it has left out a part; negative: not even to there. */
+SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
+{
+    return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
+}
+
 /* ---- on the springls ---- */
 
-/* Converts a hit on the springls to the public form. distance: model units. */
+/* Converts a hit on the springls to the public form. distance: world units. */
 SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -22467,7 +22545,7 @@ SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls
     if (h->triangle < 0) return;
     t = springls__springl_tri(ctx->model.set.s[h->triangle]);
     voxel = springls__tri_point(t, h->hit.bary);
-    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
     material = springls__material_at(ctx, h->triangle, voxel);
     springls__hit_material(ctx, &material, out);
 }
@@ -22478,26 +22556,36 @@ SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__v3 x = springls__world_to_model(q->ctx, point);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
-        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out),
+                           &q->out[i]);
     }
 }
 
 SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
+    const float spacing = q->ctx->smallest_spacing;
     int i;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i);
+        const float *origin = q->points + 3 * (size_t)i;
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
-        if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
-        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
+        double from[3], left_out, left_to_go;
+        springls__hit_none(&q->out[i]);
+        if (!(largest > 0.0f)) continue;
+        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
+        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
+        if (left_to_go < 0.0) continue;
+        x = springls__place_to_model(q->ctx, from);
+        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
+        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(h.t * spacing), left_out), &q->out[i]);
     }
 }
 
@@ -22549,21 +22637,27 @@ SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
     int i, guess = -1;
     springls__level_search_begin(q->ctx, &search);
     for (i = begin; i < end; i++) {
-        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
-        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__level_hit h = springls__level_closest(&search, point);
+        float distance = springls__whole_distance((double)(springls__sqrt(search.d2) * q->ctx->smallest_spacing), left_out);
+        springls__level_hit_out(q, &h, distance, &guess, &q->out[i]);
     }
 }
 
-/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. *left_out: how much
+   later it begins than `origin` (springls__begin_near). */
 SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
-                                         double along[3])
+                                         double along[3], double *left_out)
 {
     const double *m = ctx->window.to_voxel;
     const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
     const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double start[3];
     int k;
     if (!(length > 0.0)) return false;
-    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    *left_out = springls__begin_near(ctx, origin, direction, start);
+    springls__transform(m, start[0], start[1], start[2], from);
     for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
     return true;
 }
@@ -22573,12 +22667,14 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        double from[3], along[3], t = (double)q->max_distance;
+        double from[3], along[3], left_out = 0.0, t = 0.0;
         springls__level_hit h;
         h.found = false;
-        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
-            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
-        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along, &left_out)) {
+            t = springls__left_to_go(q->max_distance, left_out);
+            if (t >= 0.0) h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        }
+        springls__level_hit_out(q, &h, springls__whole_distance(t, left_out), &guess, &q->out[i]);
     }
 }
 
@@ -25054,7 +25150,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1954 \"springls.h\"\n",
+    "#line 1956 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25153,7 +25249,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2054 \"springls.h\"\n",
+    "#line 2056 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25247,7 +25343,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2149 \"springls.h\"\n",
+    "#line 2151 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25323,7 +25419,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25344,7 +25440,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2248 \"springls.h\"\n",
+    "#line 2250 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25359,7 +25455,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2264 \"springls.h\"\n",
+    "#line 2266 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25483,7 +25579,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2388 \"springls.h\"\n",
+    "#line 2390 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25509,7 +25605,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2415 \"springls.h\"\n",
+    "#line 2417 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -25709,7 +25805,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2616 \"springls.h\"\n",
+    "#line 2618 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25724,7 +25820,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2631 \"springls.h\"\n",
+    "#line 2633 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25848,14 +25944,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2755 \"springls.h\"\n",
+    "#line 2757 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2763 \"springls.h\"\n",
+    "#line 2765 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -25867,7 +25963,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2775 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25882,7 +25978,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2791 \"springls.h\"\n",
+    "#line 2793 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -25926,7 +26022,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2835 \"springls.h\"\n",
+    "#line 2837 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25941,7 +26037,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2850 \"springls.h\"\n",
+    "#line 2852 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -25985,7 +26081,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2894 \"springls.h\"\n",
+    "#line 2896 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26064,7 +26160,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2973 \"springls.h\"\n",
+    "#line 2975 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26079,7 +26175,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2989 \"springls.h\"\n",
+    "#line 2991 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26146,7 +26242,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3056 \"springls.h\"\n",
+    "#line 3058 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26161,7 +26257,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3071 \"springls.h\"\n",
+    "#line 3073 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26228,7 +26324,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3139 \"springls.h\"\n",
+    "#line 3141 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26580,7 +26676,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3492 \"springls.h\"\n",
+    "#line 3494 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27171,7 +27267,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4084 \"springls.h\"\n",
+    "#line 4086 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27362,7 +27458,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4276 \"springls.h\"\n",
+    "#line 4278 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27371,7 +27467,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4285 \"springls.h\"\n",
+    "#line 4287 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27386,7 +27482,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4301 \"springls.h\"\n",
+    "#line 4303 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27626,7 +27722,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4541 \"springls.h\"\n",
+    "#line 4543 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27641,7 +27737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4556 \"springls.h\"\n",
+    "#line 4558 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27881,7 +27977,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4796 \"springls.h\"\n",
+    "#line 4798 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -27890,7 +27986,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4806 \"springls.h\"\n",
+    "#line 4808 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28009,7 +28105,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4926 \"springls.h\"\n",
+    "#line 4928 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28159,7 +28255,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5076 \"springls.h\"\n",
+    "#line 5078 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28174,7 +28270,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5092 \"springls.h\"\n",
+    "#line 5094 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28505,7 +28601,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5423 \"springls.h\"\n",
+    "#line 5425 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28520,7 +28616,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5438 \"springls.h\"\n",
+    "#line 5440 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28851,7 +28947,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5769 \"springls.h\"\n",
+    "#line 5771 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28868,7 +28964,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6366 \"springls.h\"\n",
+    "#line 6368 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -28894,7 +28990,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6393 \"springls.h\"\n",
+    "#line 6395 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -28980,7 +29076,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6480 \"springls.h\"\n",
+    "#line 6482 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29120,7 +29216,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6621 \"springls.h\"\n",
+    "#line 6623 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29220,7 +29316,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6722 \"springls.h\"\n",
+    "#line 6724 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29441,7 +29537,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6944 \"springls.h\"\n",
+    "#line 6946 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29471,7 +29567,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6974 \"springls.h\"\n",
+    "#line 6976 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29486,7 +29582,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6990 \"springls.h\"\n",
+    "#line 6992 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29655,7 +29751,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7159 \"springls.h\"\n",
+    "#line 7161 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29670,7 +29766,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7174 \"springls.h\"\n",
+    "#line 7176 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29839,7 +29935,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7343 \"springls.h\"\n",
+    "#line 7345 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -29886,7 +29982,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7391 \"springls.h\"\n",
+    "#line 7393 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -29901,7 +29997,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7406 \"springls.h\"\n",
+    "#line 7408 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29916,7 +30012,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7422 \"springls.h\"\n",
+    "#line 7424 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29927,7 +30023,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7433 \"springls.h\"\n",
+    "#line 7435 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29942,7 +30038,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7450 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29953,7 +30049,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7459 \"springls.h\"\n",
+    "#line 7461 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30072,7 +30168,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7579 \"springls.h\"\n",
+    "#line 7581 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30625,7 +30721,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8133 \"springls.h\"\n",
+    "#line 8135 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30722,7 +30818,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8231 \"springls.h\"\n",
+    "#line 8233 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30846,7 +30942,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8356 \"springls.h\"\n",
+    "#line 8358 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31066,7 +31162,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8577 \"springls.h\"\n",
+    "#line 8579 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31142,7 +31238,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8654 \"springls.h\"\n",
+    "#line 8656 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31284,7 +31380,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8797 \"springls.h\"\n",
+    "#line 8799 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31473,7 +31569,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8987 \"springls.h\"\n",
+    "#line 8989 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31600,7 +31696,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9115 \"springls.h\"\n",
+    "#line 9117 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31633,7 +31729,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9149 \"springls.h\"\n",
+    "#line 9151 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32119,7 +32215,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9636 \"springls.h\"\n",
+    "#line 9638 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32271,7 +32367,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9789 \"springls.h\"\n",
+    "#line 9791 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32355,7 +32451,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9874 \"springls.h\"\n",
+    "#line 9876 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32452,7 +32548,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9972 \"springls.h\"\n",
+    "#line 9974 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -32946,7 +33042,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10467 \"springls.h\"\n",
+    "#line 10469 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33022,7 +33118,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10544 \"springls.h\"\n",
+    "#line 10546 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33258,7 +33354,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10781 \"springls.h\"\n",
+    "#line 10783 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33291,7 +33387,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10815 \"springls.h\"\n",
+    "#line 10817 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33316,7 +33412,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10841 \"springls.h\"\n",
+    "#line 10843 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33566,7 +33662,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11092 \"springls.h\"\n",
+    "#line 11094 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33666,7 +33762,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33670 \"springls.h\"\n",
+    "#line 33766 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34728,17 +34824,24 @@ SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *
     }
 }
 
-/* Moves the window of a model to the middle of both models. */
+/* Moves the window of a model, if it follows, to the middle of both models. Fails, and changes nothing, when both do not lie in one
+   window. */
 SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
 {
     int bricks[3], axis;
     for (axis = 0; axis < 3; axis++) {
-        double lower = DBL_MAX, upper = -DBL_MAX;
+        const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
+        double lower = DBL_MAX, upper = -DBL_MAX, moved;
         springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
         springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
-        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+        bricks[axis] = ctx->desc.follow ? springls__bricks_to_middle(ctx, axis, lower, upper) : 0;
+        moved = (double)SPRINGLS__BRICK * (double)bricks[axis];
+        if (lower - moved < -0.5 || upper - moved > last)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower, upper,
+                                  ctx->model.grid.size[axis]);
     }
-    return springls__move_window(ctx, bricks);
+    return ctx->desc.follow ? springls__move_window(ctx, bricks) : SPRINGLS_OK;
 }
 
 /* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
@@ -34767,8 +34870,9 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
     status = springls__copy_model(*copy, other);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
-    for (axis = 0; axis < 3; axis++)
-        bricks[axis] = (ctx->window.offset[axis] - other->window.offset[axis]) / SPRINGLS__BRICK;
+    for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
+        bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
+                                        -SPRINGLS__FURTHEST_MOVE, SPRINGLS__FURTHEST_MOVE);
     if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
@@ -34867,7 +34971,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
-    if (ctx->desc.follow && operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
+    if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
     status = springls__copy_into_window(ctx, other, &copy);
     if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
     springls_destroy(copy);
@@ -35100,7 +35204,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     step.mode = SPRINGLS_MODE_FLUID;
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
-        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
         step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);
