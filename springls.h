@@ -1970,8 +1970,8 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
-/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */
-typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;
+/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */
+typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;
 
 /* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
 typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
@@ -2032,7 +2032,7 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
-    springls__reach_arguments reach;
+    springls__extent_arguments extent;
     springls__relax_arguments relax;
     springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
@@ -2071,8 +2071,8 @@ typedef union springls__arguments {
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* window */                                                                                                                 \
-    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \
-    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \
+    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
+    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -5865,7 +5865,7 @@ typedef enum springls__late_count {
     SPRINGLS__COUNT_OPPOSED,
     SPRINGLS__COUNT_OPPOSED_ASLEEP,
     SPRINGLS__COUNT_RESHAPED,
-    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_DEPARTED,
     SPRINGLS__COUNT_SPLITS,
     SPRINGLS__COUNT_LATE
 } springls__late_count;
@@ -10782,7 +10782,7 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
 /* ======== >>window:kernel  (kernels_embed/stages/window.h) ===================================================== */
 /* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */
 
-#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
+#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
 
 /* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */
 SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)
@@ -10793,22 +10793,22 @@ SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x
     return springls__max(springls__max(dx, dy), dz);
 }
 
-/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
-   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */
-SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)
+/* Finds the extent of the particle of springl i. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
+   -z, z, from SPRINGLS__EXTENT_BEYOND on the other side. */
+SPRINGLS__MATHS void springls__extent_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__v3 p = model->set.s[i].p;
-    const int side = args.reach.side;
+    const int side = args.extent.side;
     float along = side < 3 ? p.x : side < 5 ? p.y : p.z;
-    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);
-    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;
+    if (side == 0) springls__extent(model)[i] = springls__nearness(&model->grid, p, args.extent.margin);
+    else springls__extent(model)[i] = (side & 1 ? -along : along) + SPRINGLS__EXTENT_BEYOND;
 }
 
 /* Finds whether contract removes springl i because it has left the window: 1. */
-SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS void springls__departed_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
+    springls__has_departed(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
                                            && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f
                                        ? 1 : 0;
 }
@@ -11140,8 +11140,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
     X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
-    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \
-    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \
+    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \
+    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \
     X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
@@ -14438,14 +14438,14 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
                                                                                                : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
-        springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
+        springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
+        springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
-        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -17168,14 +17168,14 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
 
 /* ---- when it moves ---- */
 
-/* Returns the largest of springls__reach_element over all springls. */
-SPRINGLS__FN float springls__furthest_reach(springls_context *ctx, int side)
+/* Returns the largest of springls__extent_element over all springls. */
+SPRINGLS__FN float springls__largest_extent(springls_context *ctx, int side)
 {
     springls__arguments args;
-    args.reach.side = side;
-    args.reach.margin = (float)SPRINGLS__WINDOW_MARGIN;
-    springls__run(ctx, SPRINGLS__KERNEL_reach, ctx->model.set.count, &args);
-    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(reach), ctx->model.set.count, 0.0f).value;
+    args.extent.side = side;
+    args.extent.margin = (float)SPRINGLS__WINDOW_MARGIN;
+    springls__run(ctx, SPRINGLS__KERNEL_extent, ctx->model.set.count, &args);
+    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(extent), ctx->model.set.count, 0.0f).value;
 }
 
 /* Returns by how many bricks the window has to move along an axis for a box to be in its middle, as far as one move may go. */
@@ -17196,11 +17196,11 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 {
     int bricks[3], axis;
     if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, reach, ctx->model.set.count));
-    if (!(springls__furthest_reach(ctx, 0) > 0.0f)) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, extent, ctx->model.set.count));
+    if (!(springls__largest_extent(ctx, 0) > 0.0f)) return SPRINGLS_OK;
     for (axis = 0; axis < 3; axis++) {
-        double lower = (double)SPRINGLS__REACH_BEYOND - (double)springls__furthest_reach(ctx, 2 * axis + 1);
-        double upper = (double)springls__furthest_reach(ctx, 2 * axis + 2) - (double)SPRINGLS__REACH_BEYOND;
+        double lower = (double)SPRINGLS__EXTENT_BEYOND - (double)springls__largest_extent(ctx, 2 * axis + 1);
+        double upper = (double)springls__largest_extent(ctx, 2 * axis + 2) - (double)SPRINGLS__EXTENT_BEYOND;
         bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
     }
     if (bricks[0] == 0 && bricks[1] == 0 && bricks[2] == 0) return SPRINGLS_OK;
@@ -25168,8 +25168,8 @@ static const char *const springls__kernel_lines[] = {
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
-    "/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */\n",
-    "typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;\n",
+    "/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */\n",
+    "typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;\n",
     "\n",
     "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
     "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
@@ -25230,7 +25230,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
-    "    springls__reach_arguments reach;\n",
+    "    springls__extent_arguments extent;\n",
     "    springls__relax_arguments relax;\n",
     "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
@@ -25268,8 +25268,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* window */                                                                                                                 \\\n",
-    "    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \\\n",
-    "    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \\\n",
+    "    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \\\n",
+    "    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -33357,7 +33357,7 @@ static const char *const springls__kernel_lines[] = {
     "#line 10783 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
-    "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
+    "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
     "\n",
     "/* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */\n",
     "SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)\n",
@@ -33368,22 +33368,22 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__max(springls__max(dx, dy), dz);\n",
     "}\n",
     "\n",
-    "/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,\n",
-    "   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */\n",
-    "SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds the extent of the particle of springl i. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,\n",
+    "   -z, z, from SPRINGLS__EXTENT_BEYOND on the other side. */\n",
+    "SPRINGLS__MATHS void springls__extent_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__v3 p = model->set.s[i].p;\n",
-    "    const int side = args.reach.side;\n",
+    "    const int side = args.extent.side;\n",
     "    float along = side < 3 ? p.x : side < 5 ? p.y : p.z;\n",
-    "    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);\n",
-    "    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;\n",
+    "    if (side == 0) springls__extent(model)[i] = springls__nearness(&model->grid, p, args.extent.margin);\n",
+    "    else springls__extent(model)[i] = (side & 1 ? -along : along) + SPRINGLS__EXTENT_BEYOND;\n",
     "}\n",
     "\n",
     "/* Finds whether contract removes springl i because it has left the window: 1. */\n",
-    "SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__MATHS void springls__departed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE\n",
+    "    springls__has_departed(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE\n",
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
@@ -33712,8 +33712,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
     "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
-    "    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \\\n",
-    "    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \\\n",
+    "    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \\\n",
+    "    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \\\n",
     "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
