@@ -39,7 +39,8 @@ static bool write_gltf(const struct rig *rig, const char *path)
         mesh_normals(c->positions, (size_t)c->vertex_count, c->triangles, (size_t)c->triangle_count, normals);
         const struct gltf_mesh mesh = {c->positions,  normals,      c->uvs,          colors,
                                        c->influences, c->triangles, c->vertex_count, c->triangle_count};
-        good = gltf_write_skinned(path, &mesh, c, c->animation_count - 1, rig->settings.fps) || rig_fail("%s cannot be written", path);
+        good = gltf_write_skinned(path, &mesh, c, c->animation_count - 1, rig->settings.fps)
+            || rig_fail("%s cannot be written", path);
     }
     free(colors);
     free(normals);
@@ -81,18 +82,14 @@ static bool draw(const struct drawing *d, const float *positions, const struct a
     scene.vertex_colors = d->colors;
     scene.plain = true;
     scene.camera = d->camera;
-    if (!raycast_render(&scene, d->width, d->height, image)) {
-        return false;
-    }
+    if (!raycast_render(&scene, d->width, d->height, image)) { return false; }
     const struct raycast_frame frame = raycast_camera_frame(&d->camera, aspect);
     for (int j = 0; j < c->joint_count; ++j) {
         float ends[2][2];
         const int parent = c->joints[j].parent >= 0 ? c->joints[j].parent : j;
         for (int e = 0; e < 2; ++e) {
             float place[3], away[3];
-            for (int i = 0; i < 3; ++i) {
-                place[i] = (float)places[e ? parent : j].m[4 * i + 3];
-            }
+            for (int i = 0; i < 3; ++i) { place[i] = (float)places[e ? parent : j].m[4 * i + 3]; }
             vec3_sub(place, d->camera.eye, away);
             const float depth = vec3_dot(away, frame.forward);
             ends[e][0] = 0.5f * (float)d->width * (1.0f + vec3_dot(away, frame.right) / (depth * frame.half_width));
@@ -129,8 +126,8 @@ static bool draw_all(const struct rig *rig, struct drawing *d, float *posed, str
             good = pass == 0 || draw(d, frame, places, &pictures[p]) || rig_fail("a picture cannot be drawn");
         }
         if (pass == 0) {
-            d->camera = raycast_frame_points(posed, (size_t)count * (size_t)rig->surface.vertex_count, direction, e->up, 25.0f,
-                                             (float)d->width / (float)d->height);
+            d->camera = raycast_frame_points(posed, (size_t)count * (size_t)rig->surface.vertex_count, direction,
+                                             e->up, 25.0f, (float)d->width / (float)d->height);
         }
     }
     free(skin);
@@ -143,21 +140,20 @@ static bool write_picture(const struct rig *rig, const char *path)
 {
     const int count = rig->body.character.animation_count > 0 ? 1 + FILM : 1;
     const size_t vertices = (size_t)rig->surface.vertex_count;
-    float *colors = malloc(3 * vertices * sizeof *colors), *posed = malloc(3 * vertices * (size_t)count * sizeof *posed);
-    struct drawing d = {.rig = rig, .width = rig->settings.size * 4 / 5, .height = rig->settings.size, .colors = colors};
+    float *colors = malloc(3 * vertices * sizeof *colors),
+          *posed = malloc(3 * vertices * (size_t)count * sizeof *posed);
+    struct drawing d = {
+        .rig = rig, .width = rig->settings.size * 4 / 5, .height = rig->settings.size, .colors = colors};
     struct image pictures[1 + FILM], strip;
     memset(pictures, 0, sizeof pictures);
     memset(&strip, 0, sizeof strip);
     bool good = (colors && posed) || rig_fail("not enough memory");
-    for (size_t v = 0; good && v < vertices; ++v) {
-        weight_color(&rig->influences[v], colors + 3 * v);
-    }
+    for (size_t v = 0; good && v < vertices; ++v) { weight_color(&rig->influences[v], colors + 3 * v); }
     good = good && draw_all(rig, &d, posed, pictures, count)
-        && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path))
+        && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
+             && image_write_png(&strip, path))
             || rig_fail("%s cannot be written", path));
-    for (int p = 0; p < count; ++p) {
-        image_free(&pictures[p]);
-    }
+    for (int p = 0; p < count; ++p) { image_free(&pictures[p]); }
     image_free(&strip);
     free(colors);
     free(posed);
@@ -167,9 +163,7 @@ static bool write_picture(const struct rig *rig, const char *path)
 bool rig_write(struct rig *rig)
 {
     char path[1200];
-    if (rig->settings.glb) {
-        return write_gltf(rig, rig->settings.glb);
-    }
+    if (rig->settings.glb) { return write_gltf(rig, rig->settings.glb); }
     return write_gltf(rig, run_path(rig->settings.common.out, "rigged.glb", path, sizeof path))
         && write_picture(rig, run_path(rig->settings.common.out, "rigged.png", path, sizeof path));
 }
@@ -186,9 +180,7 @@ bool rig_report(const struct rig *rig, const char *path)
 {
     const struct skeleton_embedding *e = &rig->body.embedding;
     struct json_writer json;
-    if (!json_open(&json, path)) {
-        return rig_fail("%s: cannot write", path);
-    }
+    if (!json_open(&json, path)) { return rig_fail("%s: cannot write", path); }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "rig");
     json_string(&json, "file", rig->settings.mesh);
@@ -206,9 +198,7 @@ bool rig_report(const struct rig *rig, const char *path)
     report_vector(&json, "forward", e->forward);
     json_object_begin(&json, "joints");
     for (int t = 0; t < rig->skeleton.count; ++t) {
-        if (e->present[t]) {
-            report_vector(&json, rig->skeleton.joints[t].name, e->place[t]);
-        }
+        if (e->present[t]) { report_vector(&json, rig->skeleton.joints[t].name, e->place[t]); }
     }
     json_object_end(&json);
     if (rig->pairs > 0) {
@@ -232,10 +222,11 @@ void rig_print(const struct rig *rig)
 {
     const struct skeleton_embedding *e = &rig->body.embedding;
     printf("%d joints in %s, %.3g high; faces %.2f %.2f %.2f, up %.2f %.2f %.2f; %d of %d vertices see their bone\n",
-           rig->body.character.joint_count, rig->settings.mesh, (double)e->height, (double)e->forward[0], (double)e->forward[1],
-           (double)e->forward[2], (double)e->up[0], (double)e->up[1], (double)e->up[2], rig->heat.visible,
-           rig->surface.vertex_count);
+           rig->body.character.joint_count, rig->settings.mesh, (double)e->height, (double)e->forward[0],
+           (double)e->forward[1], (double)e->forward[2], (double)e->up[0], (double)e->up[1], (double)e->up[2],
+           rig->heat.visible, rig->surface.vertex_count);
     if (rig->pairs > 0) {
-        printf("moves as %s: %s, %d joints paired\n", rig->settings.animation, rig->body.character.animations[0].name, rig->pairs);
+        printf("moves as %s: %s, %d joints paired\n", rig->settings.animation, rig->body.character.animations[0].name,
+               rig->pairs);
     }
 }

@@ -15,9 +15,9 @@
 struct rig_settings {
     struct cli_common common;
     const char *mesh, *skeleton, *animation, *motion, *overrides;
-    const char *glb;           /* --out FILE.glb; NULL: rigged.glb in the folder --out */
-    float facing[3], up[3];    /* zero: found from the body */
-    float view[3];             /* of pictures: from the body's front, left and top */
+    const char *glb;        /* --out FILE.glb; NULL: rigged.glb in the folder --out */
+    float facing[3], up[3]; /* zero: found from the body */
+    float view[3];          /* of pictures: from the body's front, left and top */
     int fps, size;
 };
 
@@ -57,7 +57,8 @@ bool rig_fail(const char *format, ...)
 bool rig_find_template(const char *name, const char *program, char *path, size_t size);
 
 /* Reads a character or a mesh and embeds the template in its surface. up, facing: known directions, or NULL. */
-bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing, struct rig_body *body);
+bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing,
+                   struct rig_body *body);
 void rig_body_free(struct rig_body *body);
 bool rig_skin(struct rig *rig);
 bool rig_move(struct rig *rig); /* by --animation */

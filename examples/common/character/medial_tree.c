@@ -8,9 +8,7 @@
 static int deepest(const struct solid *solid)
 {
     int best = 0;
-    for (int n = 1; n < solid->count; ++n) {
-        best = solid->depth[n] > solid->depth[best] ? n : best;
-    }
+    for (int n = 1; n < solid->count; ++n) { best = solid->depth[n] > solid->depth[best] ? n : best; }
     return best;
 }
 
@@ -19,9 +17,7 @@ static int farthest(const struct solid *solid, const float *distance, const bool
 {
     int best = -1;
     for (int n = 0; n < solid->count; ++n) {
-        if (!near[n] && isfinite(distance[n]) && (best < 0 || distance[n] > distance[best])) {
-            best = n;
-        }
+        if (!near[n] && isfinite(distance[n]) && (best < 0 || distance[n] > distance[best])) { best = n; }
     }
     return best;
 }
@@ -29,8 +25,8 @@ static int farthest(const struct solid *solid, const float *distance, const bool
 struct build {
     const struct solid *solid;
     struct medial_tree *tree;
-    float *distance;  /* from the first tip */
-    float *centered;  /* cost from the first tip; later what is left of the reach of the tree at each voxel */
+    float *distance; /* from the first tip */
+    float *centered; /* cost from the first tip; later what is left of the reach of the tree at each voxel */
     bool *near;
     int *added;
     struct voxel_heap heap;
@@ -40,9 +36,7 @@ struct build {
 static void mark_near(struct build *b, int count, float margin)
 {
     float *left = b->centered;
-    for (int n = 0; n < b->solid->count; ++n) {
-        left[n] = 0.0f;
-    }
+    for (int n = 0; n < b->solid->count; ++n) { left[n] = 0.0f; }
     for (int i = 0; i < count; ++i) {
         left[b->added[i]] = 1.25f * b->solid->depth[b->added[i]] + margin;
         voxel_heap_push(&b->heap, b->added[i], -left[b->added[i]]);
@@ -107,9 +101,7 @@ static void grow(struct build *b, int first, const int *way, float shortest)
         if (b->tree->tip_count == 0) { /* the first branch has two ends */
             add_tip(b->tree, first, out);
         }
-        if (out >= shortest) {
-            add_tip(b->tree, tip, out);
-        }
+        if (out >= shortest) { add_tip(b->tree, tip, out); }
     }
 }
 
@@ -128,11 +120,11 @@ bool medial_tree_create(const struct solid *solid, float shortest, struct medial
     const bool heap = voxel_heap_create(&b.heap, solid->count);
     int first = deepest(solid);
     bool good = way && tree->before && tree->along && b.distance && b.centered && b.near && b.added && heap
-                && solid_distances(solid, &first, 1, false, b.distance, NULL);
+        && solid_distances(solid, &first, 1, false, b.distance, NULL);
     if (good) {
         first = farthest(solid, b.distance, b.near);
         good = solid_distances(solid, &first, 1, false, b.distance, NULL)
-               && solid_distances(solid, &first, 1, true, b.centered, way);
+            && solid_distances(solid, &first, 1, true, b.centered, way);
     }
     if (good) {
         for (int n = 0; n < solid->count; ++n) {
@@ -146,12 +138,8 @@ bool medial_tree_create(const struct solid *solid, float shortest, struct medial
     free(b.centered);
     free(b.near);
     free(b.added);
-    if (heap) {
-        voxel_heap_free(&b.heap);
-    }
-    if (!good) {
-        medial_tree_free(tree);
-    }
+    if (heap) { voxel_heap_free(&b.heap); }
+    if (!good) { medial_tree_free(tree); }
     return good;
 }
 
@@ -182,18 +170,12 @@ int medial_tree_path(const struct medial_tree *tree, int a, int b, int *path, in
     int count = 0, back = 0;
     for (int at = a; count < room; at = tree->before[at]) {
         path[count++] = at;
-        if (at == meet) {
-            break;
-        }
+        if (at == meet) { break; }
     }
-    for (int at = b; at != meet; at = tree->before[at]) {
-        ++back;
-    }
+    for (int at = b; at != meet; at = tree->before[at]) { ++back; }
     int last = count + back;
     for (int at = b; at != meet; at = tree->before[at]) {
-        if (--last < room) {
-            path[last] = at;
-        }
+        if (--last < room) { path[last] = at; }
     }
     return count + back < room ? count + back : room;
 }

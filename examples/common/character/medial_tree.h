@@ -10,11 +10,11 @@
 enum { MEDIAL_TIPS = 12 };
 
 struct medial_tree {
-    int tip_count;        /* ends of the longest branches, the longest first */
-    int tip[MEDIAL_TIPS]; /* their voxels */
+    int tip_count;             /* ends of the longest branches, the longest first */
+    int tip[MEDIAL_TIPS];      /* their voxels */
     float length[MEDIAL_TIPS]; /* by which each stands out of the branch that it leaves, voxels */
-    int *before;          /* the voxel before each voxel of the tree on the way to the first tip, -1: first tip or none */
-    float *along;         /* length of the way of each voxel of the tree to the first tip, voxels; -1: not of the tree */
+    int *before;  /* the voxel before each voxel of the tree on the way to the first tip, -1: first tip or none */
+    float *along; /* length of the way of each voxel of the tree to the first tip, voxels; -1: not of the tree */
 };
 
 /* Builds the tree; branches that stand out by less than `shortest` voxels are left out. Returns false if memory is short. */

@@ -10,14 +10,14 @@ enum { MAX_PATH = 8192 };
 
 /* Parts of a limb on the way from its end to the trunk, found by measurement on bodies of several makes. */
 static const float SHORTEST_BRANCH = 0.06f; /* of the longest side of the grid */
-static const float LIMB_FROM = 0.4f;        /* the limb leaves the trunk beyond this part of the way to the trunk's middle */
-static const float LIMB_GROWTH = 1.8f;      /* there its cross-section has grown by this */
-static const float THINNER = 25.0f;         /* weight of keeping the rest pose's place against being where the limb is thin */
-static const float NARROWER = 6.0f;         /* the same for the neck */
-static const float ABOVE_CROTCH = 0.015f;   /* of the height: how far hip joints are above it */
-static const float UNDER = 0.06f;           /* of the height: the part of a shin under which an ankle is */
-static const float WORST_COST = 0.65f;       /* of roles */
-static const float SNAP = 0.94f;            /* cosine: directions nearer to a coordinate axis are taken for it */
+static const float LIMB_FROM = 0.4f; /* the limb leaves the trunk beyond this part of the way to the trunk's middle */
+static const float LIMB_GROWTH = 1.8f; /* there its cross-section has grown by this */
+static const float THINNER = 25.0f; /* weight of keeping the rest pose's place against being where the limb is thin */
+static const float NARROWER = 6.0f; /* the same for the neck */
+static const float ABOVE_CROTCH = 0.015f; /* of the height: how far hip joints are above it */
+static const float UNDER = 0.06f;         /* of the height: the part of a shin under which an ankle is */
+static const float WORST_COST = 0.65f;    /* of roles */
+static const float SNAP = 0.94f;          /* cosine: directions nearer to a coordinate axis are taken for it */
 static const float CLEAR_FACING = 0.004f;
 
 /* A curve in the body: places, lengths along it, depths. */
@@ -59,9 +59,7 @@ static void measure(struct curve *c, double spacing)
 {
     for (int i = 0; i < c->count; ++i) {
         float d[3] = {0.0f, 0.0f, 0.0f};
-        if (i > 0) {
-            vec3_sub(c->place[i], c->place[i - 1], d);
-        }
+        if (i > 0) { vec3_sub(c->place[i], c->place[i - 1], d); }
         c->along[i] = i > 0 ? c->along[i - 1] + vec3_length(d) / (float)spacing : 0.0f;
     }
 }
@@ -75,22 +73,18 @@ static bool curve_create(const struct solid *solid, const int *path, int count, 
     c->depth = malloc(((size_t)count + 1) * sizeof *c->depth);
     float(*rough)[3] = malloc(((size_t)count + 1) * sizeof *rough);
     const bool good = c->place && c->along && c->depth && rough && count > 0;
-    for (int i = 0; good && i < count; ++i) {
-        solid_place(solid, path[i], rough[i]);
-    }
+    for (int i = 0; good && i < count; ++i) { solid_place(solid, path[i], rough[i]); }
     for (int i = 0; good && i < count; ++i) {
         const int reach = i < 2 || count - 1 - i < 2 ? (i < count - 1 - i ? i : count - 1 - i) : 2;
         memset(c->place[i], 0, sizeof c->place[i]);
-        c->depth[i] = 0.5f * solid->depth[path[i]] + 0.25f * (solid->depth[path[i > 0 ? i - 1 : 0]]
-                                                               + solid->depth[path[i + 1 < count ? i + 1 : i]]);
+        c->depth[i] = 0.5f * solid->depth[path[i]]
+            + 0.25f * (solid->depth[path[i > 0 ? i - 1 : 0]] + solid->depth[path[i + 1 < count ? i + 1 : i]]);
         for (int k = i - reach; k <= i + reach; ++k) {
             vec3_add_scaled(c->place[i], 1.0f / (float)(2 * reach + 1), rough[k], c->place[i]);
         }
     }
     free(rough);
-    if (good) {
-        measure(c, solid->grid.spacing);
-    }
+    if (good) { measure(c, solid->grid.spacing); }
     return good;
 }
 
@@ -100,15 +94,11 @@ static float curve_length(const struct curve *c) { return c->along[c->count - 1]
 static float curve_at(const struct curve *c, float along, float place[3])
 {
     int i = 0;
-    while (i + 2 < c->count && c->along[i + 1] < along) {
-        ++i;
-    }
+    while (i + 2 < c->count && c->along[i + 1] < along) { ++i; }
     const int next = i + 1 < c->count ? i + 1 : i;
     const float step = c->along[next] - c->along[i];
     const float t = step > 0.0f ? fmaxf(0.0f, fminf(1.0f, (along - c->along[i]) / step)) : 0.0f;
-    for (int k = 0; k < 3; ++k) {
-        place[k] = c->place[i][k] + t * (c->place[next][k] - c->place[i][k]);
-    }
+    for (int k = 0; k < 3; ++k) { place[k] = c->place[i][k] + t * (c->place[next][k] - c->place[i][k]); }
     return c->depth[i] + t * (c->depth[next] - c->depth[i]);
 }
 
@@ -127,7 +117,10 @@ static float curve_nearest(const struct curve *c, const float point[3])
     return along;
 }
 
-static float over_ground(const struct embed *e, const float place[3]) { return vec3_dot(place, e->out->up) - e->ground; }
+static float over_ground(const struct embed *e, const float place[3])
+{
+    return vec3_dot(place, e->out->up) - e->ground;
+}
 
 /* ---- directions ---- */
 
@@ -149,16 +142,17 @@ static void remove_component(float v[3], const float unit[3])
     vec3_normalize(v);
 }
 
-static void tip_place(const struct embed *e, int tip, float place[3]) { solid_place(e->solid, e->tree.tip[tip], place); }
+static void tip_place(const struct embed *e, int tip, float place[3])
+{
+    solid_place(e->solid, e->tree.tip[tip], place);
+}
 
 static void middle_of(const struct embed *e, int limb, float middle[3])
 {
     float a[3], b[3];
     tip_place(e, e->out->roles.limb[limb][0], a);
     tip_place(e, e->out->roles.limb[limb][1], b);
-    for (int i = 0; i < 3; ++i) {
-        middle[i] = 0.5f * (a[i] + b[i]);
-    }
+    for (int i = 0; i < 3; ++i) { middle[i] = 0.5f * (a[i] + b[i]); }
 }
 
 /* Finds up: across the plane of four feet; from two feet to the center of mass, and along the trunk from where the legs branch off
@@ -190,9 +184,7 @@ static void find_up(struct embed *e, const float *known)
         float along[3];
         vec3_sub(feet[1], feet[0], along);
         vec3_cross(e->lateral, along, up);
-        if (vec3_dot(up, rise) < 0.0f) {
-            vec3_add_scaled(up, -2.0f, up, up);
-        }
+        if (vec3_dot(up, rise) < 0.0f) { vec3_add_scaled(up, -2.0f, up, up); }
     } else {
         float head[3];
         tip_place(e, r->trunk[0], head);
@@ -249,9 +241,7 @@ static float find_root(const struct embed *e, float reach)
         float before[WINDOW];
         int count = 0;
         for (int k = r - window; k < r; ++k) {
-            if (k >= 0) {
-                before[count++] = section[k];
-            }
+            if (k >= 0) { before[count++] = section[k]; }
         }
         if (count > 0 && 0.5f * (section[r] + section[r + 1]) > LIMB_GROWTH * median(before, count) + 2.0f) {
             result = (float)r;
@@ -281,7 +271,8 @@ static bool trace_limb(struct embed *e, int limb, int side)
               head = e->tree.tip[r->trunk[0]];
     int middle = medial_tree_meet(&e->tree, tip, other);
     const int meets[2] = {medial_tree_meet(&e->tree, tip, head), medial_tree_meet(&e->tree, other, head)};
-    for (int k = 0; k < 2; ++k) { /* of three ways through a tree, the place where all meet is the farthest of the three meetings */
+    for (int k = 0; k < 2;
+         ++k) { /* of three ways through a tree, the place where all meet is the farthest of the three meetings */
         middle = e->tree.along[meets[k]] > e->tree.along[middle] ? meets[k] : middle;
     }
     const int count = medial_tree_path(&e->tree, middle, tip, e->path, MAX_PATH);
@@ -292,16 +283,12 @@ static bool trace_limb(struct embed *e, int limb, int side)
     int at = 0;
     if (e->skeleton->ground[limb] && e->skeleton->joints[e->skeleton->limb_root[limb][0]].place == PLACE_LIMB) {
         to->level = crotch(e, other) + ABOVE_CROTCH * e->out->height;
-        while (at + 1 < count && over_ground(e, to->curve.place[at]) > to->level) {
-            ++at;
-        }
+        while (at + 1 < count && over_ground(e, to->curve.place[at]) > to->level) { ++at; }
         to->root = to->curve.along[at];
         return true;
     }
     const float root = find_root(e, e->distance[middle]);
-    while (at + 1 < count && e->distance[e->path[at]] > root) {
-        ++at;
-    }
+    while (at + 1 < count && e->distance[e->path[at]] > root) { ++at; }
     to->root = to->curve.along[at];
     return true;
 }
@@ -323,7 +310,8 @@ static void place_at_trunk(const struct embed *e, const struct limb *limb, float
     curve_at(&limb->curve, from, place);
     vec3_sub(place, near, d);
     const float rise = vec3_dot(direction, e->out->up);
-    const float step = leg ? (limb->level - over_ground(e, near)) / fmaxf(rise, 0.5f) : fmaxf(0.0f, vec3_dot(d, direction));
+    const float step =
+        leg ? (limb->level - over_ground(e, near)) / fmaxf(rise, 0.5f) : fmaxf(0.0f, vec3_dot(d, direction));
     vec3_add_scaled(near, step, direction, place);
 }
 
@@ -338,9 +326,7 @@ static void place_at_axis(const struct embed *e, const struct limb *limb, float 
             ++count;
         }
     }
-    for (int k = 0; k < 3; ++k) {
-        place[k] = middle[k] / (float)count;
-    }
+    for (int k = 0; k < 3; ++k) { place[k] = middle[k] / (float)count; }
     float level[3];
     memcpy(level, place, sizeof level);
     for (int round = 0; round < 3; ++round) { /* the trunk's place above */
@@ -360,9 +346,7 @@ struct anchor {
 static float between(const struct anchor *anchors, int count, float rest)
 {
     int i = 0;
-    while (i + 2 < count && anchors[i + 1].rest < rest) {
-        ++i;
-    }
+    while (i + 2 < count && anchors[i + 1].rest < rest) { ++i; }
     const struct anchor *a = &anchors[i], *b = &anchors[i + 1 < count ? i + 1 : i];
     const float step = b->rest - a->rest;
     const float t = step > 0.0f ? fmaxf(0.0f, fminf(1.0f, (rest - a->rest) / step)) : 0.0f;
@@ -396,13 +380,9 @@ static float thinnest(const struct curve *c, float along, float from, float to, 
 static int limb_joints(const struct skeleton_template *s, int end, int root, int *joints)
 {
     int count = 0;
-    for (int j = end; j != root; j = s->joints[j].parent) {
-        ++count;
-    }
+    for (int j = end; j != root; j = s->joints[j].parent) { ++count; }
     joints[0] = root;
-    for (int j = end, k = count; k > 0; --k, j = s->joints[j].parent) {
-        joints[k] = j;
-    }
+    for (int j = end, k = count; k > 0; --k, j = s->joints[j].parent) { joints[k] = j; }
     return count + 1;
 }
 
@@ -429,9 +409,7 @@ static void set_under(const struct embed *e, const struct limb *limb, float alon
             ++count;
         }
     }
-    for (int i = 0; count > 0 && i < 3; ++i) {
-        place[i] = above[i] / (float)count;
-    }
+    for (int i = 0; count > 0 && i < 3; ++i) { place[i] = above[i] / (float)count; }
     vec3_add_scaled(place, height - over_ground(e, place), e->out->up, place);
 }
 
@@ -443,13 +421,12 @@ static void place_limb_joints(struct embed *e, int limb, int side, int first, in
     int joints[TEMPLATE_JOINTS], count = limb_joints(s, end, first, joints), anchor_count = 1, last_free = 0;
     float rest[TEMPLATE_JOINTS], lowest = INFINITY;
     struct anchor anchors[TEMPLATE_JOINTS];
-    for (int j = 0; j < s->count; ++j) {
-        lowest = fminf(lowest, s->joints[j].position[1]);
-    }
+    for (int j = 0; j < s->count; ++j) { lowest = fminf(lowest, s->joints[j].position[1]); }
     rest_lengths(s, joints, count, rest);
     anchors[0].rest = 0.0f;
     anchors[0].body = root;
-    if (s->joints[first].place == PLACE_AXIS) { /* the curve bends into the trunk; the limb's length goes up to the joint */
+    if (s->joints[first].place
+        == PLACE_AXIS) { /* the curve bends into the trunk; the limb's length goes up to the joint */
         float d[3], at[3];
         curve_at(&l->curve, root, at);
         vec3_sub(e->out->place[first], at, d);
@@ -473,16 +450,18 @@ static void place_limb_joints(struct embed *e, int limb, int side, int first, in
     anchors[anchor_count++].body = length;
     for (int k = 1; k < count; ++k) {
         float along = between(anchors, anchor_count, rest[k]);
-        const bool free = s->joints[joints[k]].place == PLACE_BETWEEN && k + 1 < count
+        const bool free = s->joints[joints[k]].place == PLACE_BETWEEN
+            && k + 2 < count /* wrists are where hands begin, not thin */
             && (!last_free || rest[k] < anchors[1].rest);
         if (free) {
             const float before = between(anchors, anchor_count, 0.6f * rest[k] + 0.4f * rest[k - 1]),
                         after = between(anchors, anchor_count, 0.6f * rest[k] + 0.4f * rest[k + 1]);
-            const float whole = (last_free ? anchors[1].body : length) - anchors[0].body, part = (after - before) / whole;
+            const float whole = (last_free ? anchors[1].body : length) - anchors[0].body,
+                        part = (after - before) / whole;
             along = thinnest(&l->curve, along, fmaxf(before, root), fmaxf(after, root), THINNER * part * part);
         }
         curve_at(&l->curve, along, e->out->place[joints[k]]);
-        if (s->joints[joints[k]].place == PLACE_HEIGHT) {
+        if (s->joints[joints[k]].place == PLACE_HEIGHT && s->joints[first].place == PLACE_LIMB) {
             set_under(e, l, along, e->out->place[joints[k]]);
         }
         e->out->present[joints[k]] = true;
@@ -518,14 +497,10 @@ static bool trace_trunk(struct embed *e)
         for (int side = 0; side < 2; ++side) { /* hips as high as the trunk are where the legs' curves meet */
             curve_at(&e->limbs[legs][side].curve, level ? 0.0f : e->limbs[legs][side].root, place[side]);
         }
-        for (int i = 0; i < 3; ++i) {
-            middle[i] = 0.5f * (place[0][i] + place[1][i]);
-        }
+        for (int i = 0; i < 3; ++i) { middle[i] = 0.5f * (place[0][i] + place[1][i]); }
         start = solid_nearest(e->solid, middle);
     }
-    if (!solid_distances(e->solid, &start, 1, true, e->distance, e->before)) {
-        return false;
-    }
+    if (!solid_distances(e->solid, &start, 1, true, e->distance, e->before)) { return false; }
     for (int at = e->tree.tip[r->trunk[0]]; at >= 0 && count < MAX_PATH; at = e->before[at]) {
         e->path[count++] = at;
     }
@@ -573,7 +548,8 @@ static int compare_anchors(const void *a, const void *b)
 }
 
 /* Adds anchors where pairs of limbs branch off: their middle on the trunk of the rest pose and of the body. */
-static int anchor_limbs(const struct embed *e, const int *joints, const float *rest, int count, struct anchor *anchors)
+static int anchor_limbs(const struct embed *e, const int *joints, const float *rest, int count,
+                        struct anchor *anchors)
 {
     const struct skeleton_template *s = e->skeleton;
     int added = 0;
@@ -618,8 +594,9 @@ static void place_trunk_joints(struct embed *e)
         if (s->joints[joints[k]].place == PLACE_NARROW && rest[k] > last) {
             const float t = (rest[k] - last) / (rest[count - 1] - last), whole = length - last_body;
             anchors[anchor_count].rest = rest[k];
-            anchors[anchor_count++].body = thinnest(&e->trunk, last_body + 0.7f * t * whole, last_body + 0.05f * whole,
-                                                    last_body + 0.6f * whole, NARROWER * 0.3f);
+            anchors[anchor_count++].body =
+                thinnest(&e->trunk, last_body + 0.7f * t * whole, last_body + 0.05f * whole, last_body + 0.6f * whole,
+                         NARROWER * 0.3f);
         }
     }
     if (e->out->roles.trunk[1] >= 0) {
@@ -642,6 +619,15 @@ static void place_trunk_joints(struct embed *e)
         if (!s->joints[joints[k]].end && along >= from && depth > 0.0f) {
             center_in_section(e, along, 1.2f * deepest, e->out->place[joints[k]]);
         }
+    }
+    const int legs = s->joints[s->limb_root[0][0]].parent == 0 ? 0 : 1;
+    if (e->out->roles.trunk[1] < 0 && s->joints[s->limb_root[legs][0]].place == PLACE_AXIS) {
+        float d[3]; /* without a tail the curve begins before the hips: they are between the hind legs */
+        for (int i = 0; i < 3; ++i) {
+            d[i] = 0.5f * (e->out->place[s->limb_root[legs][0]][i] + e->out->place[s->limb_root[legs][1]][i])
+                - e->out->place[0][i];
+        }
+        vec3_add_scaled(e->out->place[0], vec3_dot(d, e->out->forward), e->out->forward, e->out->place[0]);
     }
 }
 
@@ -674,9 +660,7 @@ static float feet_before_legs(const struct embed *e, const float direction[3])
                     ++foot_count;
                 }
             }
-            if (leg_count > 0 && foot_count > 0) {
-                sum += foot / (float)foot_count - leg / (float)leg_count;
-            }
+            if (leg_count > 0 && foot_count > 0) { sum += foot / (float)foot_count - leg / (float)leg_count; }
         }
     }
     return sum / (2.0f * height);
@@ -706,9 +690,7 @@ static bool find_facing(struct embed *e, const float *known, char error[CHARACTE
         return false;
     }
     const float sign = side < 0.0f ? -1.0f : 1.0f;
-    for (int i = 0; i < 3; ++i) {
-        out->forward[i] = sign * forward[i];
-    }
+    for (int i = 0; i < 3; ++i) { out->forward[i] = sign * forward[i]; }
     out->facing = fabsf(out->facing) * (known && side * out->facing < 0.0f ? -1.0f : 1.0f);
     vec3_cross(out->up, out->forward, out->left);
     return true;
@@ -756,9 +738,7 @@ static void make_symmetric(struct embed *e)
     }
     for (int j = 0; out->asymmetry < 0.08f && j < s->count; ++j) {
         vec3_add_scaled(out->place[j], 1.0f, mirrored[j], out->place[j]);
-        for (int i = 0; i < 3; ++i) {
-            out->place[j][i] *= 0.5f;
-        }
+        for (int i = 0; i < 3; ++i) { out->place[j][i] *= 0.5f; }
     }
 }
 
@@ -777,9 +757,7 @@ static bool place_joints(struct embed *e, const float *facing, char error[CHARAC
         snprintf(error, CHARACTER_TEXT, "not enough memory");
         return false;
     }
-    if (!find_facing(e, facing, error)) {
-        return false;
-    }
+    if (!find_facing(e, facing, error)) { return false; }
     swap_sides(e);
     for (int l = 0; l < 2; ++l) {
         for (int side = 0; side < 2; ++side) {
@@ -798,24 +776,25 @@ static bool place_joints(struct embed *e, const float *facing, char error[CHARAC
     return true;
 }
 
-bool skeleton_embed(const struct skeleton_template *skeleton, const struct solid *solid, const float *up, const float *facing,
-                    struct skeleton_embedding *out, char error[CHARACTER_TEXT])
+bool skeleton_embed(const struct skeleton_template *skeleton, const struct solid *solid, const float *up,
+                    const float *facing, struct skeleton_embedding *out, char error[CHARACTER_TEXT])
 {
     const int *size = solid->grid.size;
-    const int longest = size[0] > size[1] ? (size[0] > size[2] ? size[0] : size[2]) : size[1] > size[2] ? size[1] : size[2];
+    const int longest = size[0] > size[1] ? (size[0] > size[2] ? size[0] : size[2])
+        : size[1] > size[2]               ? size[1]
+                                          : size[2];
     struct embed e = {.skeleton = skeleton, .solid = solid, .out = out};
     memset(out, 0, sizeof *out);
     e.path = malloc(MAX_PATH * sizeof *e.path);
     e.distance = malloc(((size_t)solid->count + 1) * sizeof *e.distance);
     e.before = malloc(((size_t)solid->count + 1) * sizeof *e.before);
-    bool good = e.path && e.distance && e.before && medial_tree_create(solid, SHORTEST_BRANCH * (float)longest, &e.tree);
-    if (!good) {
-        snprintf(error, CHARACTER_TEXT, "not enough memory");
-    }
+    bool good =
+        e.path && e.distance && e.before && medial_tree_create(solid, SHORTEST_BRANCH * (float)longest, &e.tree);
+    if (!good) { snprintf(error, CHARACTER_TEXT, "not enough memory"); }
     good = good && skeleton_find_roles(skeleton, solid, &e.tree, up, &out->roles, error);
     if (good && out->roles.cost > WORST_COST) {
-        snprintf(error, CHARACTER_TEXT, "no limbs like those of the template %s (cost %.2f; %.2f at most)", skeleton->name,
-                 (double)out->roles.cost, (double)WORST_COST);
+        snprintf(error, CHARACTER_TEXT, "no limbs like those of the template %s (cost %.2f; %.2f at most)",
+                 skeleton->name, (double)out->roles.cost, (double)WORST_COST);
         good = false;
     }
     if (good) {

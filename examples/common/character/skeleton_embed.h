@@ -22,19 +22,21 @@ struct skeleton_embedding {
     float place[TEMPLATE_JOINTS][3]; /* world */
     bool present[TEMPLATE_JOINTS];   /* false: of an optional limb that the body lacks */
     float left[3], up[3], forward[3];
-    float height;       /* of the body along up */
-    float facing;       /* how far feet stand out to the front, over the height; for quadrupeds from tail to head */
-    float asymmetry;    /* mean distance of a joint from its partner's mirror image over the height, before they are averaged */
+    float height; /* of the body along up */
+    float facing; /* how far feet stand out to the front, over the height; for quadrupeds from tail to head */
+    float
+        asymmetry; /* mean distance of a joint from its partner's mirror image over the height, before they are averaged */
     struct skeleton_roles roles;
 };
 
 /* Finds the roles with the least cost. up: known, or NULL. Returns false with one line in `error` if the tree has too few
  * ends. */
-bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid, const struct medial_tree *tree,
-                         const float *up, struct skeleton_roles *roles, char error[CHARACTER_TEXT]);
+bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid,
+                         const struct medial_tree *tree, const float *up, struct skeleton_roles *roles,
+                         char error[CHARACTER_TEXT]);
 
 /* Places all joints. up, facing: known directions, or NULL. Returns false with one line in `error`. */
-bool skeleton_embed(const struct skeleton_template *skeleton, const struct solid *solid, const float *up, const float *facing,
-                    struct skeleton_embedding *embedding, char error[CHARACTER_TEXT]);
+bool skeleton_embed(const struct skeleton_template *skeleton, const struct solid *solid, const float *up,
+                    const float *facing, struct skeleton_embedding *embedding, char error[CHARACTER_TEXT]);
 
 #endif

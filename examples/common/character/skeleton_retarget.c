@@ -9,16 +9,14 @@
 
 /* ---- joints ---- */
 
-bool skeleton_make_joints(const struct skeleton_template *s, const struct skeleton_embedding *e, struct character *body,
-                          int *joint_of)
+bool skeleton_make_joints(const struct skeleton_template *s, const struct skeleton_embedding *e,
+                          struct character *body, int *joint_of)
 {
     character_free_rig(body);
     body->joints = calloc((size_t)s->count + 1, sizeof *body->joints);
     for (int t = 0; body->joints && t < s->count; ++t) {
         joint_of[t] = -1;
-        if (!e->present[t] || s->joints[t].end) {
-            continue;
-        }
+        if (!e->present[t] || s->joints[t].end) { continue; }
         struct joint *joint = &body->joints[body->joint_count];
         joint_of[t] = body->joint_count++;
         snprintf(joint->name, sizeof joint->name, "%s", s->joints[t].name);
@@ -28,7 +26,7 @@ bool skeleton_make_joints(const struct skeleton_template *s, const struct skelet
         for (int i = 0; i < 3; ++i) {
             joint->neutral.m[4 * i + 3] = (double)e->place[t][i];
             joint->rest.translation[i] = (double)e->place[t][i]
-                                         - (joint->parent >= 0 ? body->joints[joint->parent].neutral.m[4 * i + 3] : 0.0);
+                - (joint->parent >= 0 ? body->joints[joint->parent].neutral.m[4 * i + 3] : 0.0);
         }
     }
     body->skinned = body->joints != NULL;
@@ -43,18 +41,14 @@ static bool contains_word(const char *name, const char *words)
     char plain[CHARACTER_NAME];
     int length = 0;
     for (; *name && length < CHARACTER_NAME - 1; ++name) {
-        if (isalnum((unsigned char)*name)) {
-            plain[length++] = (char)tolower((unsigned char)*name);
-        }
+        if (isalnum((unsigned char)*name)) { plain[length++] = (char)tolower((unsigned char)*name); }
     }
     plain[length] = '\0';
     while (*words) {
         char word[CHARACTER_NAME];
         const size_t size = strcspn(words, "|");
         snprintf(word, sizeof word, "%.*s", (int)size, words);
-        if (size > 0 && strstr(plain, word)) {
-            return true;
-        }
+        if (size > 0 && strstr(plain, word)) { return true; }
         words += size + (words[size] == '|');
     }
     return false;
@@ -62,53 +56,57 @@ static bool contains_word(const char *name, const char *words)
 
 static bool is_below(const struct character *c, int joint, int above)
 {
-    while (joint >= 0 && joint != above) {
-        joint = c->joints[joint].parent;
-    }
+    while (joint >= 0 && joint != above) { joint = c->joints[joint].parent; }
     return joint >= 0;
 }
 
 /* Returns how much nearer a joint counts for its name: a word of the template's joint, or of another joint only. */
 static float name_bonus(const struct skeleton_template *s, int t, const char *name)
 {
-    if (contains_word(name, s->joints[t].hint)) {
-        return 0.05f;
-    }
+    if (contains_word(name, s->joints[t].hint)) { return 0.05f; }
     for (int k = 0; k < s->count; ++k) {
-        if (!s->joints[k].end && contains_word(name, s->joints[k].hint)) {
-            return -0.05f;
-        }
+        if (!s->joints[k].end && contains_word(name, s->joints[k].hint)) { return -0.05f; }
     }
     return 0.0f;
 }
 
-int skeleton_pair(const struct skeleton_template *s, const struct skeleton_embedding *e, const struct character *rigged, int *pair)
+/* Returns whether joint t may be paired with j: what is above and below it is paired with what is above and below j. */
+static bool fits(const struct skeleton_template *s, const struct character *rigged, const int *pair, int t, int j)
+{
+    bool good = rigged->joints[j].bone;
+    for (int other = 0; good && other < s->count; ++other) {
+        if (pair[other] >= 0) {
+            good = pair[other] != j && (!skeleton_template_below(s, t, other) || is_below(rigged, j, pair[other]))
+                && (!skeleton_template_below(s, other, t) || is_below(rigged, pair[other], j));
+        }
+    }
+    return good;
+}
+
+int skeleton_pair(const struct skeleton_template *s, const struct skeleton_embedding *e,
+                  const struct character *rigged, int *pair)
 {
     int pairs = 0;
-    for (int t = 0; t < s->count; ++t) {
+    for (int t = 0; t < s->count; ++t) { pair[t] = -1; }
+    for (;; ++pairs) { /* the best pair that is left */
         float best = 0.16f;
-        int up = s->joints[t].parent;
-        pair[t] = -1;
-        while (up >= 0 && pair[up] < 0) {
-            up = s->joints[up].parent;
-        }
-        for (int j = 0; e->present[t] && !s->joints[t].end && j < rigged->joint_count; ++j) {
-            bool free = rigged->joints[j].bone && (up < 0 || is_below(rigged, j, pair[up]));
-            for (int other = 0; free && other < t; ++other) {
-                free = pair[other] != j;
-            }
-            float place[3], d[3];
-            joint_place(&rigged->joints[j], place);
-            vec3_sub(place, e->place[t], d);
-            const float distance = vec3_length(d) / e->height - name_bonus(s, t, rigged->joints[j].name);
-            if (free && distance < best) {
-                best = distance;
-                pair[t] = j;
+        int best_t = -1, best_j = -1;
+        for (int t = 0; t < s->count; ++t) {
+            for (int j = 0; e->present[t] && !s->joints[t].end && pair[t] < 0 && j < rigged->joint_count; ++j) {
+                float place[3], d[3];
+                joint_place(&rigged->joints[j], place);
+                vec3_sub(place, e->place[t], d);
+                const float distance = vec3_length(d) / e->height - name_bonus(s, t, rigged->joints[j].name);
+                if (distance < best && fits(s, rigged, pair, t, j)) {
+                    best = distance;
+                    best_t = t;
+                    best_j = j;
+                }
             }
         }
-        pairs += pair[t] >= 0;
+        if (best_t < 0) { return pairs; }
+        pair[best_t] = best_j;
     }
-    return pairs;
 }
 
 /* ---- motion ---- */
@@ -149,7 +147,8 @@ struct retarget {
 static int limb_child(const struct retarget *r, int t)
 {
     for (int k = t + 1; k < r->skeleton->count; ++k) {
-        if (r->skeleton->joints[k].parent == t && r->skeleton->joints[k].mirror >= 0 && r->pair[k] >= 0 && r->joint_of[k] >= 0) {
+        if (r->skeleton->joints[k].parent == t && r->skeleton->joints[k].mirror >= 0 && r->pair[k] >= 0
+            && r->joint_of[k] >= 0) {
             return k;
         }
     }
@@ -194,9 +193,7 @@ static bool make_channels(const struct retarget *r, int keys, struct animation *
     to->channels = calloc((size_t)r->skeleton->count + 1, sizeof *to->channels);
     bool good = to->channels != NULL;
     for (int t = 0; good && t < r->skeleton->count; ++t) {
-        if (r->joint_of[t] < 0 || (r->pair[t] < 0 && r->skeleton->joints[t].parent >= 0)) {
-            continue;
-        }
+        if (r->joint_of[t] < 0 || (r->pair[t] < 0 && r->skeleton->joints[t].parent >= 0)) { continue; }
         struct channel *channel = &to->channels[to->channel_count++];
         channel->joint = r->joint_of[t];
         struct keys *all[2] = {&channel->rotation, r->skeleton->joints[t].parent < 0 ? &channel->translation : NULL};
@@ -211,31 +208,26 @@ static bool make_channels(const struct retarget *r, int keys, struct animation *
 }
 
 /* Sets key k of all channels. */
-static void set_keys(const struct retarget *r, int k, double time, const struct affine *turned, const struct affine *places,
-                     struct animation *to)
+static void set_keys(const struct retarget *r, int k, double time, const struct affine *turned,
+                     const struct affine *places, struct animation *to)
 {
     for (int t = 0, c = 0; c < to->channel_count; ++t) {
         struct channel *channel = &to->channels[c];
-        if (channel->joint != r->joint_of[t]) {
-            continue;
-        }
+        if (channel->joint != r->joint_of[t]) { continue; }
         const int up = r->skeleton->joints[t].parent;
-        const struct affine back = up >= 0 ? affine_inverse(&turned[up]) : affine_identity(), local = affine_after(&back, &turned[t]);
+        const struct affine back = up >= 0 ? affine_inverse(&turned[up]) : affine_identity(),
+                            local = affine_after(&back, &turned[t]);
         const struct placement p = placement_of(&local);
         channel->rotation.times[k] = time;
         memcpy(channel->rotation.values + 4 * k, p.rotation, sizeof p.rotation);
         ++c;
-        if (up >= 0) {
-            continue;
-        }
+        if (up >= 0) { continue; }
         channel->translation.times[k] = time;
         float moved[3] = {0.0f, 0.0f, 0.0f};
         if (r->pair[t] >= 0) {
             float before[3], now[3];
             joint_place(&r->other->joints[r->pair[t]], before);
-            for (int i = 0; i < 3; ++i) {
-                now[i] = (float)places[r->pair[t]].m[4 * i + 3];
-            }
+            for (int i = 0; i < 3; ++i) { now[i] = (float)places[r->pair[t]].m[4 * i + 3]; }
             vec3_sub(now, before, moved);
             affine_apply(&r->to_ours, moved, moved);
         }
@@ -247,13 +239,15 @@ static void set_keys(const struct retarget *r, int k, double time, const struct 
 }
 
 bool skeleton_retarget(const struct skeleton_template *s, const struct skeleton_embedding *ours, const int *joint_of,
-                       const struct character *other, const struct skeleton_embedding *theirs, const int *pair, int animation,
-                       int fps, struct character *body)
+                       const struct character *other, const struct skeleton_embedding *theirs, const int *pair,
+                       int animation, int fps, struct character *body)
 {
-    struct retarget r = {.skeleton = s, .ours = ours, .theirs = theirs, .other = other, .joint_of = joint_of, .pair = pair};
+    struct retarget r = {
+        .skeleton = s, .ours = ours, .theirs = theirs, .other = other, .joint_of = joint_of, .pair = pair};
     const struct animation *from = &other->animations[animation];
     const int keys = (int)fmin(10000.0, ceil(from->duration * fps)) + 1;
-    const struct affine ours_frame = frame_of(ours), theirs_frame = frame_of(theirs), theirs_back = affine_inverse(&theirs_frame);
+    const struct affine ours_frame = frame_of(ours), theirs_frame = frame_of(theirs),
+                        theirs_back = affine_inverse(&theirs_frame);
     struct affine *skin = malloc((size_t)other->joint_count * sizeof *skin),
                   *places = malloc((size_t)other->joint_count * sizeof *places);
     body->animations = calloc(1, sizeof *body->animations);
@@ -269,7 +263,8 @@ bool skeleton_retarget(const struct skeleton_template *s, const struct skeleton_
     }
     for (int k = 0; good && k < keys; ++k) {
         struct affine turned[TEMPLATE_JOINTS];
-        const double time = fmin((double)k / fps, 0.9999 * from->duration); /* the end of the animation is its beginning */
+        const double time =
+            fmin((double)k / fps, 0.9999 * from->duration); /* the end of the animation is its beginning */
         character_pose(other, animation, time, 1.0, skin, places);
         turn_joints(&r, skin, turned);
         set_keys(&r, k, k + 1 < keys ? time : from->duration, turned, places, body->animations);

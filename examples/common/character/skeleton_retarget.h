@@ -18,8 +18,8 @@ int skeleton_pair(const struct skeleton_template *skeleton, const struct skeleto
 /* Adds an animation of the other character to the body, in keys 1/fps seconds apart. Each joint turns as its partner turns from
  * its neutral pose, seen from left, up and forward; limbs first take the directions of the other's limbs. Hips move in
  * proportion to their height. Returns false if memory is short. */
-bool skeleton_retarget(const struct skeleton_template *skeleton, const struct skeleton_embedding *ours, const int *joint_of,
-                       const struct character *other, const struct skeleton_embedding *theirs, const int *pair, int animation,
-                       int fps, struct character *body);
+bool skeleton_retarget(const struct skeleton_template *skeleton, const struct skeleton_embedding *ours,
+                       const int *joint_of, const struct character *other, const struct skeleton_embedding *theirs,
+                       const int *pair, int animation, int fps, struct character *body);
 
 #endif

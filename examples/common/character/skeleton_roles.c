@@ -49,7 +49,8 @@ static void rest_proportions(struct search *s)
         }
         across[l] = rest_distance(t, t->limb_end[l][0], t->limb_end[l][1]);
     }
-    proportions(head_limb, across, t->trunk_ends > 1 ? rest_distance(t, t->trunk_end[0], t->trunk_end[1]) : 0.0f, s->rest);
+    proportions(head_limb, across, t->trunk_ends > 1 ? rest_distance(t, t->trunk_end[0], t->trunk_end[1]) : 0.0f,
+                s->rest);
 }
 
 /* Returns the variance of the logarithms of the body's proportions over those of the rest pose; in *order how far the limbs
@@ -59,9 +60,7 @@ static float proportion_cost(const struct search *s, float *order)
     const struct skeleton_roles *r = &s->now;
     float head_limb[2][2], across[2], body[5], logs[5], mean = 0.0f, cost = 0.0f;
     for (int l = 0; l < 2; ++l) {
-        for (int side = 0; side < 2; ++side) {
-            head_limb[l][side] = s->distance[r->trunk[0]][r->limb[l][side]];
-        }
+        for (int side = 0; side < 2; ++side) { head_limb[l][side] = s->distance[r->trunk[0]][r->limb[l][side]]; }
         across[l] = s->distance[r->limb[l][0]][r->limb[l][1]];
     }
     proportions(head_limb, across, r->trunk[1] >= 0 ? s->distance[r->trunk[0]][r->trunk[1]] : 0.0f, body);
@@ -70,9 +69,7 @@ static float proportion_cost(const struct search *s, float *order)
         logs[i] = logf(fmaxf(body[i], 1.0f) / s->rest[i]);
         mean += logs[i] / (float)count;
     }
-    for (int i = 0; i < count; ++i) {
-        cost += (logs[i] - mean) * (logs[i] - mean) / (float)count;
-    }
+    for (int i = 0; i < count; ++i) { cost += (logs[i] - mean) * (logs[i] - mean) / (float)count; }
     const float sign = s->rest[0] < s->rest[2] ? 1.0f : -1.0f;
     *order = fmaxf(0.0f, 0.02f * s->size - sign * (body[2] - body[0])) / s->size;
     return cost;
@@ -100,9 +97,7 @@ static float asymmetry(const struct search *s, float left[2][3], bool *swapped)
 
 static void middle_of(const struct search *s, const int pair[2], float middle[3])
 {
-    for (int i = 0; i < 3; ++i) {
-        middle[i] = 0.5f * (s->place[pair[0]][i] + s->place[pair[1]][i]);
-    }
+    for (int i = 0; i < 3; ++i) { middle[i] = 0.5f * (s->place[pair[0]][i] + s->place[pair[1]][i]); }
 }
 
 /* Computes up from how the body stands: across the plane of four feet, or from two feet to the center of mass. */
@@ -118,9 +113,7 @@ static void stand_up(const struct search *s, const float left[3], float up[3])
     if (t->ground[0] && t->ground[1]) {
         vec3_sub(feet[1], feet[0], along);
         vec3_cross(left, along, up);
-        if (vec3_dot(up, rise) < 0.0f) {
-            vec3_add_scaled(up, -2.0f, up, up);
-        }
+        if (vec3_dot(up, rise) < 0.0f) { vec3_add_scaled(up, -2.0f, up, up); }
     }
     vec3_normalize(up);
 }
@@ -150,7 +143,7 @@ static float height_cost(const struct search *s, const float left[3])
     if (r->trunk[1] >= 0) {
         vec3_sub(s->place[r->trunk[0]], s->place[r->trunk[1]], d);
         const float rest = t->joints[t->trunk_end[0]].position[1] - t->joints[t->trunk_end[1]].position[1];
-        cost += 2.0f * fabsf(vec3_dot(d, up) / s->size - rest / s->rest[4]);
+        cost += 2.0f * fmaxf(0.0f, rest / s->rest[4] - vec3_dot(d, up) / s->size);
     }
     for (int l = 0; l < 2; ++l) { /* feet are below the rest */
         for (int side = 0; side < 2 && t->ground[l]; ++side) {
@@ -188,9 +181,7 @@ static void judge(struct search *s)
         vec3_sub(s->place[r->limb[l][0]], s->place[r->limb[l][1]], side[l]);
         used += s->tree->length[r->limb[l][0]] + s->tree->length[r->limb[l][1]];
     }
-    for (int e = 0; e < 2; ++e) {
-        used += r->trunk[e] >= 0 ? s->tree->length[r->trunk[e]] : 0.0f;
-    }
+    for (int e = 0; e < 2; ++e) { used += r->trunk[e] >= 0 ? s->tree->length[r->trunk[e]] : 0.0f; }
     float cost = asymmetry(s, side, &swapped);
     vec3_add_scaled(side[0], swapped ? -1.0f : 1.0f, side[1], left);
     vec3_normalize(left);
@@ -209,9 +200,7 @@ static void judge(struct search *s)
 static bool is_used(const struct skeleton_roles *r, int limbs, int tip)
 {
     bool used = tip == r->trunk[0] || tip == r->trunk[1];
-    for (int l = 0; l < limbs; ++l) {
-        used = used || tip == r->limb[l][0] || tip == r->limb[l][1];
-    }
+    for (int l = 0; l < limbs; ++l) { used = used || tip == r->limb[l][0] || tip == r->limb[l][1]; }
     return used;
 }
 
@@ -232,14 +221,16 @@ static void try_limbs(struct search *s, int limb)
     }
 }
 
-bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid, const struct medial_tree *tree,
-                         const float *up, struct skeleton_roles *roles, char error[CHARACTER_TEXT])
+bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid,
+                         const struct medial_tree *tree, const float *up, struct skeleton_roles *roles,
+                         char error[CHARACTER_TEXT])
 {
     struct search s = {.skeleton = skeleton, .tree = tree, .count = tree->tip_count, .up = up};
     const int wanted = 5 + (skeleton->trunk_ends > 1 && !skeleton->joints[skeleton->trunk_end[1]].optional);
     if (tree->tip_count < wanted) {
-        snprintf(error, CHARACTER_TEXT, "the body has %d ends, such as a head, hands and feet; the template %s has %d",
-                 tree->tip_count, skeleton->name, wanted);
+        snprintf(error, CHARACTER_TEXT,
+                 "the body has %d ends, such as a head, hands and feet; the template %s has %d", tree->tip_count,
+                 skeleton->name, wanted);
         return false;
     }
     for (int i = 0; i < s.count; ++i) {
@@ -266,14 +257,10 @@ bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct 
     for (int head = 0; head < s.count; ++head) {
         s.now.trunk[0] = head;
         s.now.trunk[1] = -1;
-        if (wanted == 5) {
-            try_limbs(&s, 0);
-        }
+        if (wanted == 5) { try_limbs(&s, 0); }
         for (int tail = 0; skeleton->trunk_ends > 1 && tail < s.count; ++tail) {
             s.now.trunk[1] = tail;
-            if (tail != head) {
-                try_limbs(&s, 0);
-            }
+            if (tail != head) { try_limbs(&s, 0); }
         }
     }
     *roles = s.best;

@@ -31,9 +31,7 @@ static char *read_text(const char *path)
     FILE *file = fopen(path, "rb");
     char *text = file ? calloc(MAX_FILE + 1, 1) : NULL;
     const size_t length = text ? fread(text, 1, MAX_FILE, file) : 0;
-    if (file) {
-        fclose(file);
-    }
+    if (file) { fclose(file); }
     if (length == 0) {
         free(text);
         return NULL;
@@ -44,9 +42,7 @@ static char *read_text(const char *path)
 static int find(const struct skeleton_template *s, const char *name)
 {
     for (int j = 0; j < s->count; ++j) {
-        if (strcmp(s->joints[j].name, name) == 0) {
-            return j;
-        }
+        if (strcmp(s->joints[j].name, name) == 0) { return j; }
     }
     return -1;
 }
@@ -134,9 +130,7 @@ static int children(const struct skeleton_template *s, int joint, int *last)
 
 bool skeleton_template_below(const struct skeleton_template *s, int joint, int above)
 {
-    while (joint > above) {
-        joint = s->joints[joint].parent;
-    }
+    while (joint > above) { joint = s->joints[joint].parent; }
     return joint == above;
 }
 
@@ -145,13 +139,9 @@ static bool add_limb(const struct reader *r, int root)
 {
     struct skeleton_template *s = r->skeleton;
     int end = root, next = -1;
-    if (s->limbs == 2) {
-        return fail(r, "more than two pairs of limbs");
-    }
+    if (s->limbs == 2) { return fail(r, "more than two pairs of limbs"); }
     for (int count; (count = children(s, end, &next)) > 0; end = next) {
-        if (count > 1) {
-            return fail(r, "joint %.60s: a limb does not branch", s->joints[end].name);
-        }
+        if (count > 1) { return fail(r, "joint %.60s: a limb does not branch", s->joints[end].name); }
     }
     if (!s->joints[end].end || end == root) {
         return fail(r, "joint %.60s: its limb ends without an \"end\"", s->joints[root].name);
@@ -174,7 +164,8 @@ static bool find_ends(const struct reader *r)
         lowest = fminf(lowest, joint->position[1]);
         highest = fmaxf(highest, joint->position[1]);
         if (joint->end != (children(s, j, &unused) == 0)) {
-            return fail(r, "joint %.60s: \"end\" is for the joints without children, and for all of them", joint->name);
+            return fail(r, "joint %.60s: \"end\" is for the joints without children, and for all of them",
+                        joint->name);
         }
         if (joint->mirror < 0 && joint->end) {
             if (s->trunk_ends == 2 || (joint->optional && s->trunk_ends == 0)) {
@@ -182,7 +173,8 @@ static bool find_ends(const struct reader *r)
             }
             s->trunk_end[s->trunk_ends++] = j;
         }
-        if (joint->mirror >= 0 && joint->position[0] > 0.0f && s->joints[joint->parent].mirror < 0 && !add_limb(r, j)) {
+        if (joint->mirror >= 0 && joint->position[0] > 0.0f && s->joints[joint->parent].mirror < 0
+            && !add_limb(r, j)) {
             return false;
         }
     }
@@ -201,9 +193,7 @@ bool skeleton_template_read(const char *path, struct skeleton_template *skeleton
     const struct reader r = {path, skeleton, error};
     char *text = read_text(path);
     memset(skeleton, 0, sizeof *skeleton);
-    if (!text) {
-        return fail(&r, "cannot be read");
-    }
+    if (!text) { return fail(&r, "cannot be read"); }
     cJSON *json = cJSON_Parse(text);
     free(text);
     const cJSON *joints = cJSON_GetObjectItem(json, "joints");
@@ -211,11 +201,10 @@ bool skeleton_template_read(const char *path, struct skeleton_template *skeleton
     const int count = cJSON_GetArraySize(joints);
     snprintf(skeleton->name, sizeof skeleton->name, "%.63s", name ? name : "template");
     bool good = json || fail(&r, "no JSON");
-    good = good && ((cJSON_IsArray(joints) && count >= 8 && count <= TEMPLATE_JOINTS)
-                    || fail(&r, "\"joints\" is an array of 8 to %d joints", TEMPLATE_JOINTS));
-    for (int j = 0; good && j < count; ++j) {
-        good = read_joint(&r, cJSON_GetArrayItem(joints, j));
-    }
+    good = good
+        && ((cJSON_IsArray(joints) && count >= 8 && count <= TEMPLATE_JOINTS)
+            || fail(&r, "\"joints\" is an array of 8 to %d joints", TEMPLATE_JOINTS));
+    for (int j = 0; good && j < count; ++j) { good = read_joint(&r, cJSON_GetArrayItem(joints, j)); }
     good = good && read_mirrors(&r, joints) && find_ends(&r);
     cJSON_Delete(json);
     return good;

@@ -30,12 +30,12 @@ struct skeleton_template {
     char name[CHARACTER_NAME];
     int count;
     struct template_joint joints[TEMPLATE_JOINTS]; /* parents before children */
-    int trunk_ends, limbs;      /* numbers of trunk ends and of pairs of limbs */
-    int trunk_end[2];           /* the head's end, and the tail's if there is one */
-    int limb_end[2][2];         /* of each pair: left, right */
-    int limb_root[2][2];        /* their first joints */
-    bool ground[2];             /* the pair stands on the ground */
-    float height;               /* of the rest pose */
+    int trunk_ends, limbs;                         /* numbers of trunk ends and of pairs of limbs */
+    int trunk_end[2];                              /* the head's end, and the tail's if there is one */
+    int limb_end[2][2];                            /* of each pair: left, right */
+    int limb_root[2][2];                           /* their first joints */
+    bool ground[2];                                /* the pair stands on the ground */
+    float height;                                  /* of the rest pose */
 };
 
 /* Reads a template. Returns false with one line in `error`. */

@@ -12,9 +12,7 @@ static struct influences of_bones(const float *weights, int count, const int *jo
     struct influences in;
     memset(&in, 0, sizeof in);
     for (int b = 0; b < count; ++b) {
-        if (weights[b] > 1e-4f) {
-            influences_add(&in, joints[b], weights[b]);
-        }
+        if (weights[b] > 1e-4f) { influences_add(&in, joints[b], weights[b]); }
     }
     influences_normalize(&in, joints[0]);
     return in;
@@ -25,7 +23,8 @@ bool skin_weights_heat(const struct skin_surface *s, const struct bone *bones, c
 {
     float *weights = malloc(((size_t)s->vertex_count * (size_t)bone_count + 1) * sizeof *weights);
     const bool good = weights
-        && heat_weights(s->positions, s->vertex_count, s->triangles, s->triangle_count, bones, bone_count, weights, report);
+        && heat_weights(s->positions, s->vertex_count, s->triangles, s->triangle_count, bones, bone_count, weights,
+                        report);
     for (int v = 0; good && v < s->vertex_count; ++v) {
         influences[v] = of_bones(weights + (size_t)v * (size_t)bone_count, bone_count, joints);
     }
@@ -36,12 +35,8 @@ bool skin_weights_heat(const struct skin_surface *s, const struct bone *bones, c
 bool skin_weights_transfer(const struct skin_surface *s, const struct influences *influences, struct character *body)
 {
     struct bvh bvh;
-    if (!bvh_build(&bvh, s->positions, (const uint32_t *)s->triangles, (size_t)s->triangle_count)) {
-        return false;
-    }
-    for (int j = 0; j < body->joint_count; ++j) {
-        body->joints[j].bone = false;
-    }
+    if (!bvh_build(&bvh, s->positions, (const uint32_t *)s->triangles, (size_t)s->triangle_count)) { return false; }
+    for (int j = 0; j < body->joint_count; ++j) { body->joints[j].bone = false; }
     for (int v = 0; v < body->vertex_count; ++v) {
         uint32_t triangle = 0;
         bvh_distance(&bvh, body->positions + 3 * v, NULL, &triangle);

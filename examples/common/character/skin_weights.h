@@ -13,11 +13,12 @@ struct skin_surface {
 };
 
 /* Computes influences, one a vertex, of the joints at which bones begin. Returns false if no bone is visible or memory is short. */
-bool skin_weights_heat(const struct skin_surface *surface, const struct bone *bones, const int *joints, int bone_count,
-                       struct influences *influences, struct heat_report *report);
+bool skin_weights_heat(const struct skin_surface *surface, const struct bone *bones, const int *joints,
+                       int bone_count, struct influences *influences, struct heat_report *report);
 
 /* Copies to the body's own vertices the influences of the nearest vertex of the closed surface, and marks the joints in use.
  * Returns false if memory is short. */
-bool skin_weights_transfer(const struct skin_surface *surface, const struct influences *influences, struct character *body);
+bool skin_weights_transfer(const struct skin_surface *surface, const struct influences *influences,
+                           struct character *body);
 
 #endif

@@ -19,7 +19,8 @@ struct repair {
 /* Calls for each face neighbor within the grid. */
 static int face_neighbors(const int size[3], int at, int neighbors[6])
 {
-    const int step[3] = {1, size[0], size[0] * size[1]}, place[3] = {at % size[0], at / size[0] % size[1], at / step[2]};
+    const int step[3] = {1, size[0], size[0] * size[1]},
+              place[3] = {at % size[0], at / size[0] % size[1], at / step[2]};
     int count = 0;
     for (int k = 0; k < 6; ++k) {
         const int axis = k / 2, sign = k % 2 ? 1 : -1;
@@ -92,9 +93,7 @@ static int bridge(struct repair *r, const bool *kept, int reach)
     for (ring_end = end; done < end; ++done) {
         if (done == ring_end) {
             ring_end = end;
-            if (++ring > reach) {
-                return 0;
-            }
+            if (++ring > reach) { return 0; }
         }
         const int at = r->queue[done], around = face_neighbors(r->grid->size, at, neighbors);
         for (int k = 0; k < around; ++k) {
@@ -152,9 +151,7 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
         kept[p == 1 ? largest : p == largest ? 1 : p] = 1000 * (size_t)voxels[p] >= inside;
     }
     for (int other; (other = bridge(r, kept, reach)) > 0; ++report->joined) {
-        for (size_t n = 0; n < r->count; ++n) {
-            r->label[n] = r->label[n] == other ? 1 : r->label[n];
-        }
+        for (size_t n = 0; n < r->count; ++n) { r->label[n] = r->label[n] == other ? 1 : r->label[n]; }
     }
     for (size_t n = 0; n < r->count; ++n) {
         if (r->label[n] > 1 && r->phi[n] < 0.0f) {
@@ -169,7 +166,8 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
 
 bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report)
 {
-    struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL, NULL};
+    struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL,
+                       NULL};
     memset(report, 0, sizeof *report);
     r.label = calloc(r.count, sizeof *r.label);
     r.queue = malloc(r.count * sizeof *r.queue);
@@ -202,18 +200,14 @@ static void envelope(const float *f, int n, float *out, int *vertex, float *from
     from[1] = INFINITY;
     for (int q = 1; q < n; ++q) {
         float s = crossing(f, q, vertex[k]);
-        while (s <= from[k]) {
-            s = crossing(f, q, vertex[--k]);
-        }
+        while (s <= from[k]) { s = crossing(f, q, vertex[--k]); }
         vertex[++k] = q;
         from[k] = s;
         from[k + 1] = INFINITY;
     }
     k = 0;
     for (int q = 0; q < n; ++q) {
-        while (from[k + 1] < (float)q) {
-            ++k;
-        }
+        while (from[k + 1] < (float)q) { ++k; }
         out[q] = (float)((q - vertex[k]) * (q - vertex[k])) + f[vertex[k]];
     }
 }
@@ -221,26 +215,21 @@ static void envelope(const float *f, int n, float *out, int *vertex, float *from
 /* Computes squared distances to the nearest voxel outside. */
 static bool square_distances(const struct solid_grid *grid, const float *phi, float *square)
 {
-    const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1], room = longest > size[2] ? longest : size[2];
-    const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2], step[3] = {1, (size_t)size[0],
-                                                                                         (size_t)size[0] * (size_t)size[1]};
+    const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1],
+              room = longest > size[2] ? longest : size[2];
+    const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2],
+                 step[3] = {1, (size_t)size[0], (size_t)size[0] * (size_t)size[1]};
     float *line = malloc((size_t)room * sizeof *line), *out = malloc((size_t)room * sizeof *out),
           *from = malloc(((size_t)room + 1) * sizeof *from);
     int *vertex = malloc((size_t)room * sizeof *vertex);
     const bool good = line && out && from && vertex;
-    for (size_t n = 0; n < count; ++n) {
-        square[n] = phi[n] < 0.0f ? 1e12f : 0.0f;
-    }
+    for (size_t n = 0; n < count; ++n) { square[n] = phi[n] < 0.0f ? 1e12f : 0.0f; }
     for (int axis = 0; good && axis < 3; ++axis) {
         for (size_t n = 0; n < count; ++n) {
             if (n / step[axis] % (size_t)size[axis] == 0) {
-                for (int q = 0; q < size[axis]; ++q) {
-                    line[q] = square[n + (size_t)q * step[axis]];
-                }
+                for (int q = 0; q < size[axis]; ++q) { line[q] = square[n + (size_t)q * step[axis]]; }
                 envelope(line, size[axis], out, vertex, from);
-                for (int q = 0; q < size[axis]; ++q) {
-                    square[n + (size_t)q * step[axis]] = out[q];
-                }
+                for (int q = 0; q < size[axis]; ++q) { square[n + (size_t)q * step[axis]] = out[q]; }
             }
         }
     }
@@ -257,14 +246,12 @@ bool solid_create(const struct solid_grid *grid, const float *phi, float band, s
     float *square = malloc(count * sizeof *square);
     memset(solid, 0, sizeof *solid);
     solid->grid = *grid;
-    for (size_t n = 0; n < count; ++n) {
-        solid->count += phi[n] < 0.0f;
-    }
+    for (size_t n = 0; n < count; ++n) { solid->count += phi[n] < 0.0f; }
     solid->index = malloc(((size_t)solid->count + 1) * sizeof *solid->index);
     solid->number = malloc(count * sizeof *solid->number);
     solid->depth = malloc(((size_t)solid->count + 1) * sizeof *solid->depth);
     const bool good = square && solid->index && solid->number && solid->depth && solid->count > 0
-                      && square_distances(grid, phi, square);
+        && square_distances(grid, phi, square);
     for (size_t n = 0, next = 0; good && n < count; ++n) {
         solid->number[n] = phi[n] < 0.0f ? (int)next : -1;
         if (phi[n] < 0.0f) {
@@ -274,9 +261,7 @@ bool solid_create(const struct solid_grid *grid, const float *phi, float band, s
         }
     }
     free(square);
-    if (!good) {
-        solid_free(solid);
-    }
+    if (!good) { solid_free(solid); }
     return good;
 }
 
@@ -300,9 +285,7 @@ void solid_place(const struct solid *solid, int number, float place[3])
 {
     int voxel[3];
     voxel_of(solid, number, voxel);
-    for (int i = 0; i < 3; ++i) {
-        place[i] = (float)(solid->grid.origin[i] + solid->grid.spacing * voxel[i]);
-    }
+    for (int i = 0; i < 3; ++i) { place[i] = (float)(solid->grid.origin[i] + solid->grid.spacing * voxel[i]); }
 }
 
 int solid_nearest(const struct solid *solid, const float place[3])
@@ -333,9 +316,7 @@ int solid_neighbors(const struct solid *solid, int number, int neighbors[26])
         const int x = voxel[0] + k % 3 - 1, y = voxel[1] + k / 3 % 3 - 1, z = voxel[2] + k / 9 - 1;
         if (k != 13 && x >= 0 && y >= 0 && z >= 0 && x < size[0] && y < size[1] && z < size[2]) {
             const int next = solid->number[(z * size[1] + y) * size[0] + x];
-            if (next >= 0) {
-                neighbors[count++] = next;
-            }
+            if (next >= 0) { neighbors[count++] = next; }
         }
     }
     return count;
@@ -350,17 +331,14 @@ float solid_step(const struct solid *solid, int from, int to)
     return length[abs(a[0] - b[0]) + abs(a[1] - b[1]) + abs(a[2] - b[2])];
 }
 
-bool solid_distances(const struct solid *solid, const int *seeds, int seed_count, bool centered, float *distance, int *before)
+bool solid_distances(const struct solid *solid, const int *seeds, int seed_count, bool centered, float *distance,
+                     int *before)
 {
     struct voxel_heap heap;
-    if (!voxel_heap_create(&heap, solid->count)) {
-        return false;
-    }
+    if (!voxel_heap_create(&heap, solid->count)) { return false; }
     for (int n = 0; n < solid->count; ++n) {
         distance[n] = INFINITY;
-        if (before) {
-            before[n] = -1;
-        }
+        if (before) { before[n] = -1; }
     }
     for (int s = 0; s < seed_count; ++s) {
         distance[seeds[s]] = 0.0f;
@@ -375,9 +353,7 @@ bool solid_distances(const struct solid *solid, const int *seeds, int seed_count
             const float there = distance[at] + solid_step(solid, at, next) / (centered ? depth * depth : 1.0f);
             if (there < distance[next]) {
                 distance[next] = there;
-                if (before) {
-                    before[next] = at;
-                }
+                if (before) { before[next] = at; }
                 voxel_heap_push(&heap, next, there);
             }
         }

@@ -36,14 +36,15 @@ bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct s
 bool solid_create(const struct solid_grid *grid, const float *phi, float band, struct solid *solid);
 void solid_free(struct solid *solid);
 
-void solid_place(const struct solid *solid, int number, float place[3]);       /* world place of an inside voxel */
-int solid_nearest(const struct solid *solid, const float place[3]);            /* inside voxel nearest to a world place */
+void solid_place(const struct solid *solid, int number, float place[3]); /* world place of an inside voxel */
+int solid_nearest(const struct solid *solid, const float place[3]);      /* inside voxel nearest to a world place */
 int solid_neighbors(const struct solid *solid, int number, int neighbors[26]); /* returns how many are inside */
 float solid_step(const struct solid *solid, int from, int to);                 /* distance of two neighbors */
 
 /* Computes distances within the body from seeds. centered: each step costs its length over the square of the depth, so that
  * shortest paths keep to the middle of the body. before: the voxel before each on its shortest path, -1: seed or out of reach
  * (may be NULL). Distances out of reach are infinite. Returns false if memory is short. */
-bool solid_distances(const struct solid *solid, const int *seeds, int seed_count, bool centered, float *distance, int *before);
+bool solid_distances(const struct solid *solid, const int *seeds, int seed_count, bool centered, float *distance,
+                     int *before);
 
 #endif

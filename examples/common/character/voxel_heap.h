@@ -30,9 +30,7 @@ static inline bool voxel_heap_create(struct voxel_heap *h, int capacity)
         voxel_heap_free(h);
         return false;
     }
-    for (int v = 0; v < capacity; ++v) {
-        h->at[v] = -1;
-    }
+    for (int v = 0; v < capacity; ++v) { h->at[v] = -1; }
     return true;
 }
 
@@ -61,23 +59,17 @@ static inline void voxel_heap_push(struct voxel_heap *h, int voxel, float key)
 /* Removes the smallest; returns -1 when the heap is empty. */
 static inline int voxel_heap_pop(struct voxel_heap *h)
 {
-    if (h->count == 0) {
-        return -1;
-    }
+    if (h->count == 0) { return -1; }
     const int top = h->voxel[0], last = h->voxel[--h->count];
     int place = 0;
     h->at[top] = -1;
     for (int child = 1; child < h->count; child = 2 * place + 1) {
         child += child + 1 < h->count && voxel_heap_less(h, h->voxel[child + 1], h->voxel[child]);
-        if (!voxel_heap_less(h, h->voxel[child], last)) {
-            break;
-        }
+        if (!voxel_heap_less(h, h->voxel[child], last)) { break; }
         voxel_heap_put(h, place, h->voxel[child]);
         place = child;
     }
-    if (h->count > 0 && last != top) {
-        voxel_heap_put(h, place, last);
-    }
+    if (h->count > 0 && last != top) { voxel_heap_put(h, place, last); }
     return top;
 }
 
