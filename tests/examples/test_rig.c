@@ -196,10 +196,10 @@ static const struct capsule four_legs[] = {{{0, 0.80f, -0.45f}, {0, 0.80f, 0.40f
 static const struct truth four_joints[] = {{"hips", {0, 0.80f, -0.43f}},
                                            {"neck", {0, 0.88f, 0.45f}},
                                            {"front_upper_leg.L", {0.12f, 0.80f, 0.36f}},
-                                           {"front_lower_leg.L", {0.12f, 0.44f, 0.34f}},
+                                           {"front_lower_leg.L", {0.12f, 0.42f, 0.34f}},
                                            {"front_foot.L", {0.12f, 0.10f, 0.36f}},
                                            {"hind_upper_leg.L", {0.12f, 0.80f, -0.43f}},
-                                           {"hind_lower_leg.L", {0.12f, 0.50f, -0.40f}},
+                                           {"hind_lower_leg.L", {0.12f, 0.46f, -0.40f}},
                                            {"hind_foot.L", {0.12f, 0.26f, -0.48f}},
                                            {NULL, {0, 0, 0}}};
 
@@ -389,11 +389,13 @@ static const struct own_joint fox[] = {{"hips", "b_Hip_01"},
                                        {"hind_toes.R", "b_RightFoot02_022"},
                                        {NULL, NULL}};
 
-/* Finds a joint that vertices depend on: parts of a character may have the names of bones. */
+/* Finds a joint by name, one that vertices depend on or that has joints below: parts of a character may have the names of bones. */
 static int bone_named(const struct character *c, const char *name)
 {
     for (int j = 0; j < c->joint_count; ++j) {
-        if (c->joints[j].bone && strcmp(c->joints[j].name, name) == 0) return j;
+        bool inner = c->joints[j].bone;
+        for (int k = j + 1; k < c->joint_count; ++k) inner = inner || c->joints[k].parent == j;
+        if (inner && strcmp(c->joints[j].name, name) == 0) return j;
     }
     return -1;
 }
