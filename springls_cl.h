@@ -463,7 +463,6 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
     args.brick_flag.keep = keep;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_FLAG)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 4, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, chunks->chunk.count, &args));
     SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));

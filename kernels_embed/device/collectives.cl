@@ -187,8 +187,10 @@ SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *mode
 
 /* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
 
+/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
 SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
 {
+    if (i == 0) model->work.counts[3] = 0u;
     model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 

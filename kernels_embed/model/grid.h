@@ -151,15 +151,23 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
 {
+    const springls__table *t = &g->table;
     int c;
-    bool inner = springls__table_contains(g, i, j, k) && springls__table_contains(g, i + 1, j + 1, k + 1);
+    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]
+                 && k + 1 < t->upper[2];
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
+        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
+        for (c = 0; c < 8; c++) {
+            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
+            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
+        }
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }

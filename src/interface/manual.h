@@ -361,6 +361,7 @@
 
    Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
    sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
    moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.

@@ -343,7 +343,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
-    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
+    if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;

@@ -361,8 +361,8 @@ bool imaging_write_markdown(const struct imaging *imaging, const char *path)
     if (!file) {
         return false;
     }
-    fprintf(file, "# The imaging pipeline: results\n\nWritten by `make imaging PAGE=FILE` ([imaging](imaging.md)). DATA is the folder "
-                  "that `SPRINGLS_DATA` names. Times are of the machine that ran it.\n\n%s\n", imaging->about);
+    fprintf(file, "# The imaging pipeline: results\n\nWritten by `make imaging PAGE=FILE` ([imaging](imaging.md)). DATA is the "
+                  "folder that `SPRINGLS_DATA` names. Times are of the machine that ran it.\n\n%s\n", imaging->about);
     for (int s = 0; s < imaging->count; ++s) {
         if (!imaging->runs[s].json && imaging->steps[s].kind != IMAGING_PREPARE) {
             fprintf(file, "\nFailed: %s (exit status %d).\n", imaging->steps[s].title, imaging->runs[s].exit_status);

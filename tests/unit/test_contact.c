@@ -475,6 +475,37 @@ TEST a_limb_is_one_component(float across, float min_component)
     PASS();
 }
 
+static void drift(void *user, const float *x, int count, float time, float *v)
+{
+    int i;
+    (void)x;
+    (void)time;
+    for (i = 0; i < 3 * count; i++) v[i] = *(const float *)user;
+}
+
+/* A closed mesh stays what it is, to the last bit, until something moves; then it is followed. */
+TEST a_mesh_at_rest_stays(void)
+{
+    float speed = 0.0f;
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_forces forces = fixture_forces(drift, &speed);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_measures first, m;
+    ASSERT_OK(set_spindle(ctx, 2.2f, 13.0f));
+    ASSERT_OK(springls_measure(ctx, &first));
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(first.volume, m.volume);
+    ASSERT_EQ(first.area, m.area);
+    speed = 1.0f;
+    ASSERT_OK(steps(ctx, &step, 10));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_IN_RANGE((double)first.lower[2] + 1.0, (double)m.lower[2], 0.1);
+    ASSERT_IN_RANGE(first.volume, m.volume, 0.03 * first.volume); /* its ends are thinner than a voxel */
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* A ball with a hollow, which a bore less than a voxel wide leads to from outside, along voxel centres. */
 static void bored_ball(void *user, const float *points, int count, float *out)
 {
@@ -538,6 +569,7 @@ SUITE(contact)
     RUN_TESTp(a_limb_is_one_component, 0.7f, 1.0f);
     RUN_TESTp(a_limb_is_one_component, 0.7f, 0.0f);
     RUN_TESTp(a_limb_is_one_component, 1.2f, 1.0f);
+    RUN_TEST(a_mesh_at_rest_stays);
     RUN_TESTp(a_bore_stays_open, 0.35f);
     RUN_TESTp(a_bore_stays_open, 0.45f);
     RUN_TESTp(a_drop_goes, 0.5f, 1.0f, 1);
