@@ -485,6 +485,7 @@
 
    Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
    sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
    moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
@@ -3637,15 +3638,23 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
 {
+    const springls__table *t = &g->table;
     int c;
-    bool inner = springls__table_contains(g, i, j, k) && springls__table_contains(g, i + 1, j + 1, k + 1);
+    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]
+                 && k + 1 < t->upper[2];
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
+        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
+        for (c = 0; c < 8; c++) {
+            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
+            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
+        }
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
@@ -9105,7 +9114,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
             a = fit.a;
         }
     }
-    model->set.s[n] = s;
+    model->set.s[n] = springls__springl_finished(s);
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);
     model->set.synced_position[n] = s.p;
@@ -14334,6 +14343,14 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+}
+
+/* Lets all bricks fall asleep until a springl moves: the level set is as exact as the input. */
+SPRINGLS__FN void springls__rest_all(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
 }
 
 enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
@@ -20091,7 +20108,9 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
-    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
+    if (!balanced) return springls__mesh_fill_holes(ctx);
+    springls__rest_all(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */
@@ -24332,7 +24351,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
-    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
+    if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -24953,7 +24973,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 936 \"springls.h\"\n",
+    "#line 937 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25061,7 +25081,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1954 \"springls.h\"\n",
+    "#line 1955 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25160,7 +25180,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2054 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25253,7 +25273,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2148 \"springls.h\"\n",
+    "#line 2149 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25329,7 +25349,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2225 \"springls.h\"\n",
+    "#line 2226 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25350,7 +25370,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2247 \"springls.h\"\n",
+    "#line 2248 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25365,7 +25385,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2263 \"springls.h\"\n",
+    "#line 2264 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25489,7 +25509,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2387 \"springls.h\"\n",
+    "#line 2388 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25515,7 +25535,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2414 \"springls.h\"\n",
+    "#line 2415 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -25715,7 +25735,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 2616 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25730,7 +25750,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2630 \"springls.h\"\n",
+    "#line 2631 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25854,14 +25874,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2754 \"springls.h\"\n",
+    "#line 2755 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2762 \"springls.h\"\n",
+    "#line 2763 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -25873,7 +25893,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2774 \"springls.h\"\n",
+    "#line 2775 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25888,7 +25908,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2790 \"springls.h\"\n",
+    "#line 2791 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -25932,7 +25952,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2834 \"springls.h\"\n",
+    "#line 2835 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25947,7 +25967,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2849 \"springls.h\"\n",
+    "#line 2850 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -25991,7 +26011,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2893 \"springls.h\"\n",
+    "#line 2894 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26070,7 +26090,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2972 \"springls.h\"\n",
+    "#line 2973 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26085,7 +26105,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2988 \"springls.h\"\n",
+    "#line 2989 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26152,7 +26172,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3055 \"springls.h\"\n",
+    "#line 3056 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26167,7 +26187,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3070 \"springls.h\"\n",
+    "#line 3071 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26234,7 +26254,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3138 \"springls.h\"\n",
+    "#line 3139 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26586,7 +26606,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3491 \"springls.h\"\n",
+    "#line 3492 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -26736,15 +26756,23 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
     "                                            float corner[8])\n",
     "{\n",
+    "    const springls__table *t = &g->table;\n",
     "    int c;\n",
-    "    bool inner = springls__table_contains(g, i, j, k) && springls__table_contains(g, i + 1, j + 1, k + 1);\n",
+    "    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]\n",
+    "                 && k + 1 < t->upper[2];\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
     "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
     "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
     "    } else if (inner) {\n",
-    "        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);\n",
+    "        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];\n",
+    "            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS\n",
+    "                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];\n",
+    "        }\n",
     "    } else {\n",
     "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
     "    }\n",
@@ -27177,7 +27205,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4083 \"springls.h\"\n",
+    "#line 4092 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27368,7 +27396,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4275 \"springls.h\"\n",
+    "#line 4284 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27377,7 +27405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4284 \"springls.h\"\n",
+    "#line 4293 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27392,7 +27420,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4300 \"springls.h\"\n",
+    "#line 4309 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27632,7 +27660,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4540 \"springls.h\"\n",
+    "#line 4549 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27647,7 +27675,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4555 \"springls.h\"\n",
+    "#line 4564 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27887,7 +27915,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4795 \"springls.h\"\n",
+    "#line 4804 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -27896,7 +27924,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4805 \"springls.h\"\n",
+    "#line 4814 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28015,7 +28043,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4925 \"springls.h\"\n",
+    "#line 4934 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28165,7 +28193,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5075 \"springls.h\"\n",
+    "#line 5084 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28180,7 +28208,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5091 \"springls.h\"\n",
+    "#line 5100 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28511,7 +28539,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5422 \"springls.h\"\n",
+    "#line 5431 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28526,7 +28554,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5437 \"springls.h\"\n",
+    "#line 5446 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28857,7 +28885,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5768 \"springls.h\"\n",
+    "#line 5777 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28874,7 +28902,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6366 \"springls.h\"\n",
+    "#line 6375 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -28900,7 +28928,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6393 \"springls.h\"\n",
+    "#line 6402 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -28986,7 +29014,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6480 \"springls.h\"\n",
+    "#line 6489 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29126,7 +29154,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6621 \"springls.h\"\n",
+    "#line 6630 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29226,7 +29254,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6722 \"springls.h\"\n",
+    "#line 6731 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29447,7 +29475,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6944 \"springls.h\"\n",
+    "#line 6953 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29477,7 +29505,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6974 \"springls.h\"\n",
+    "#line 6983 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29492,7 +29520,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6990 \"springls.h\"\n",
+    "#line 6999 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29661,7 +29689,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7159 \"springls.h\"\n",
+    "#line 7168 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29676,7 +29704,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7174 \"springls.h\"\n",
+    "#line 7183 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29845,7 +29873,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7343 \"springls.h\"\n",
+    "#line 7352 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -29892,7 +29920,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7391 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -29907,7 +29935,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7406 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29922,7 +29950,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7422 \"springls.h\"\n",
+    "#line 7431 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29933,7 +29961,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7433 \"springls.h\"\n",
+    "#line 7442 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29948,7 +29976,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7457 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29959,7 +29987,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7459 \"springls.h\"\n",
+    "#line 7468 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30078,7 +30106,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7579 \"springls.h\"\n",
+    "#line 7588 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30631,7 +30659,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8133 \"springls.h\"\n",
+    "#line 8142 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30728,7 +30756,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8231 \"springls.h\"\n",
+    "#line 8240 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30852,7 +30880,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8356 \"springls.h\"\n",
+    "#line 8365 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31072,7 +31100,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8577 \"springls.h\"\n",
+    "#line 8586 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31148,7 +31176,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8654 \"springls.h\"\n",
+    "#line 8663 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31290,7 +31318,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8797 \"springls.h\"\n",
+    "#line 8806 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31479,7 +31507,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8987 \"springls.h\"\n",
+    "#line 8996 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31601,12 +31629,12 @@ static const char *const springls__kernel_lines[] = {
     "            a = fit.a;\n",
     "        }\n",
     "    }\n",
-    "    model->set.s[n] = s;\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9115 \"springls.h\"\n",
+    "#line 9124 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31639,7 +31667,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9149 \"springls.h\"\n",
+    "#line 9158 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32125,7 +32153,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9636 \"springls.h\"\n",
+    "#line 9645 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32277,7 +32305,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9789 \"springls.h\"\n",
+    "#line 9798 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32361,7 +32389,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9874 \"springls.h\"\n",
+    "#line 9883 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32458,7 +32486,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9972 \"springls.h\"\n",
+    "#line 9981 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -32952,7 +32980,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10467 \"springls.h\"\n",
+    "#line 10476 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33028,7 +33056,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10544 \"springls.h\"\n",
+    "#line 10553 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33264,7 +33292,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10781 \"springls.h\"\n",
+    "#line 10790 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33297,7 +33325,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10815 \"springls.h\"\n",
+    "#line 10824 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33322,7 +33350,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10841 \"springls.h\"\n",
+    "#line 10850 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33572,7 +33600,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11092 \"springls.h\"\n",
+    "#line 11101 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33672,7 +33700,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33676 \"springls.h\"\n",
+    "#line 33704 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -33862,8 +33890,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
     "\n",
+    "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
     "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
+    "    if (i == 0) model->work.counts[3] = 0u;\n",
     "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
@@ -34932,7 +34962,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
         for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
@@ -35002,6 +35032,7 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+        *s = springls__springl_finished(*s);
     }
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
